@@ -1,0 +1,38 @@
+PYTHON ?= python3
+BIN := .venv/bin
+
+.PHONY: help setup report test bench lint lock clean
+
+help:  ## list the targets
+	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
+
+setup: .venv/ready  ## make .venv with everything in it (once)
+
+.venv/ready: pyproject.toml requirements.lock
+	$(PYTHON) -c 'import sys; sys.exit("lightloc needs Python 3.11 to 3.13, this is " + sys.version.split()[0]) if not (3, 11) <= sys.version_info[:2] <= (3, 13) else None'
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c requirements.lock -e '.[dev]'
+	@touch $@
+
+report: setup  ## render the standard suite, find the lights, write report/index.html
+	$(BIN)/lightloc validate --out report
+	$(BIN)/lightloc report report
+
+test: setup  ## lint, type check, layers, tests
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+	$(BIN)/python -m pytest
+
+bench: setup  ## benchmarks, as ratios within one run
+	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-enable
+
+lock:  ## pin the versions that pip picks today
+	$(PYTHON) -m venv .lock
+	.lock/bin/pip install --quiet -e '.[dev]'
+	.lock/bin/pip freeze --exclude-editable > requirements.lock
+	rm -rf .lock
+
+clean:  ## remove what was built
+	rm -rf .venv report build dist

@@ -1,0 +1,89 @@
+"""The one place that chooses the Dr.Jit backend and the LLVM library under it.
+
+Dr.Jit aborts the whole process with libLLVM 15 and 16 and cannot start with 14, so
+``DRJIT_LIBLLVM_PATH`` is pointed at the library of the wheel that we depend on *before*
+drjit is first imported. A value that the user has set wins.
+"""
+
+from __future__ import annotations
+
+import importlib.metadata
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+OLDEST_LLVM = 17  # the first that selects fminimum / fmaximum on x86_64 (measured)
+LLVM_WHEEL = "karellen-llvm-core"
+
+
+def bundled_llvm() -> Path | None:
+    """The libLLVM.so that came with our dependencies, or None where no wheel has it."""
+    try:
+        files = importlib.metadata.files(LLVM_WHEEL) or []
+    except importlib.metadata.PackageNotFoundError:
+        return None
+    for file in files:
+        if file.name == "libLLVM.so":
+            return Path(str(file.locate())).resolve()
+    return None
+
+
+def _point_to_llvm() -> None:
+    if "DRJIT_LIBLLVM_PATH" in os.environ:
+        return
+    library = bundled_llvm()
+    if library is not None:
+        if "drjit" in sys.modules:
+            raise ImportError(
+                "import lightloc (or render) before drjit and mitsuba: "
+                "the LLVM library must be chosen before drjit starts"
+            )
+        os.environ["DRJIT_LIBLLVM_PATH"] = str(library)
+
+
+_point_to_llvm()
+
+import drjit as dr  # noqa: E402  (after the library is chosen)
+
+CUDA, LLVM = dr.JitBackend.CUDA, dr.JitBackend.LLVM
+
+
+def current() -> dr.JitBackend:
+    """The backend that kernels run on: CUDA where ``LIGHTLOC_BACKEND=cuda``, else LLVM.
+
+    Raises RuntimeError, in one sentence, where that backend cannot run.
+    """
+    wanted = os.environ.get("LIGHTLOC_BACKEND", "llvm")
+    if wanted not in ("llvm", "cuda"):
+        raise RuntimeError(f"LIGHTLOC_BACKEND is '{wanted}'; expected 'llvm' or 'cuda'")
+    if wanted == "cuda":
+        if not dr.has_backend(CUDA):
+            raise RuntimeError("LIGHTLOC_BACKEND is 'cuda', but no CUDA device was found")
+        return CUDA
+    version = llvm_version()
+    if version is None or version[0] < OLDEST_LLVM:
+        found = "none was found" if version is None else f"found {version[0]}"
+        raise RuntimeError(
+            f"Dr.Jit needs libLLVM {OLDEST_LLVM} or newer, {found} "
+            f"(DRJIT_LIBLLVM_PATH={os.environ.get('DRJIT_LIBLLVM_PATH', 'not set')})"
+        )
+    return LLVM
+
+
+def llvm_version() -> tuple[int, ...] | None:
+    """The version of the libLLVM that Dr.Jit uses; None where it finds none."""
+    try:
+        version = dr.detail.llvm_version()
+    except (RuntimeError, AttributeError):
+        return None
+    return tuple(version) if version and version[0] > 0 else None
+
+
+def types() -> Any:
+    """The Dr.Jit module with the differentiable array types (Float, Array3f, ...)."""
+    if current() == CUDA:
+        import drjit.cuda.ad as module
+    else:
+        import drjit.llvm.ad as module  # type: ignore[no-redef]
+    return module

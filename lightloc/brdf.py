@@ -1,0 +1,290 @@
+"""BRDFs: Lambert, GGX conductor, GGX plastic, and a mixture that picks one a point.
+
+Each material is a frozen value whose parameters are a scalar, an RGB triple, one value a point
+(n,), or one value a point and channel (n, c). ``bind(n)`` turns it into a function for Dr.Jit
+kernels, ``scatter(i, normal, l, w) -> f(x_i, l, w) (n . l)_+``, where ``i`` is the index of the
+observation, ``l`` the unit vector to the light and ``w`` the unit vector to the viewer.
+Any other object with ``channels`` and ``bind`` serves as well: `render` hands in Mitsuba's BSDFs
+in that way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from typing import Any, Protocol, runtime_checkable
+
+import drjit as dr
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lightloc.backend import types
+from lightloc.checks import array
+from lightloc.microfacet import (
+    TABLE_NODES,
+    fresnel_conductor,
+    fresnel_dielectric,
+    ggx,
+    smith,
+    transmittance_table,
+)
+
+Scatter = Callable[[Any, Any, Any, Any], Any]
+
+
+@runtime_checkable
+class BRDF(Protocol):
+    """What a material must offer: its channels (1 or 3) and ``bind``."""
+
+    @property
+    def channels(self) -> int: ...
+
+    def bind(self, n: int) -> Scatter: ...
+
+
+class _Parameters:
+    """Checks and channel count for materials whose fields are numeric parameters."""
+
+    def _check(self, name: str, least: float, most: float | None = None) -> None:
+        value = np.asarray(getattr(self, name), float)
+        if value.ndim == 0:
+            value = value[None, None]
+        elif value.shape == (3,):
+            value = value[None, :]  # one RGB triple
+        elif value.ndim == 1:
+            value = value[:, None]  # one a point
+        label = f"{type(self).__name__}.{name}"
+        value = array(label, value, (None, None), least=least, most=most)
+        if value.shape[1] not in (1, 3):
+            raise ValueError(f"{label} has {value.shape[1]} channels; expected 1 or 3")
+        object.__setattr__(self, name, value)
+
+    def parameters(self) -> dict[str, NDArray]:
+        """The parameters that are set, by name, each (1 or n, 1 or 3)."""
+        return {
+            field.name: value
+            for field in fields(self)  # type: ignore[arg-type]
+            if isinstance(value := getattr(self, field.name), np.ndarray)
+        }
+
+    @property
+    def channels(self) -> int:
+        return max(value.shape[1] for value in self.parameters().values())
+
+    def _check_length(self, n: int) -> None:
+        for name, value in self.parameters().items():
+            if len(value) not in (1, n):
+                raise ValueError(
+                    f"{type(self).__name__}.{name} has {len(value)} rows; expected 1 or {n}"
+                )
+
+
+@dataclass(frozen=True)
+class Lambert(_Parameters):
+    """Diffuse reflection, f = albedo / pi.
+
+    >>> Lambert(albedo=0.5).channels, Lambert(albedo=[0.5, 0.4, 0.3]).channels
+    (1, 3)
+    """
+
+    albedo: Any
+
+    def __post_init__(self) -> None:
+        self._check("albedo", 0.0)
+
+    def bind(self, n: int) -> Scatter:
+        self._check_length(n)
+        albedo = bind_parameter(self.albedo)
+        return lambda i, normal, l, w: (
+            albedo(i) * dr.select(dr.dot(normal, w) > 0, positive_cosine(normal, l) * dr.inv_pi, 0)
+        )
+
+
+@dataclass(frozen=True)
+class Conductor(_Parameters):
+    """GGX microfacet conductor, f = F D G / (4 (n.l)(n.w)), as Mitsuba's ``roughconductor``.
+
+    Args:
+        alpha: GGX roughness, above 0.
+        eta, k: complex index of refraction; None (both) makes F = 1.
+        specular: factor on the reflectance.
+    """
+
+    alpha: Any
+    eta: Any = None
+    k: Any = None
+    specular: Any = 1.0
+
+    def __post_init__(self) -> None:
+        if (self.eta is None) != (self.k is None):
+            raise ValueError("Conductor needs both eta and k, or neither (F = 1)")
+        self._check("alpha", SMALLEST_ALPHA)
+        self._check("specular", 0.0)
+        if self.eta is not None:
+            self._check("eta", 0.0)
+            self._check("k", 0.0)
+
+    def bind(self, n: int) -> Scatter:
+        self._check_length(n)
+        alpha, specular = bind_parameter(self.alpha), bind_parameter(self.specular)
+        eta = None if self.eta is None else bind_parameter(self.eta)
+        k = None if self.k is None else bind_parameter(self.k)
+
+        def scatter(i, normal, l, w):
+            value, cos_h = _microfacet(alpha(i), normal, l, w)
+            value = value * specular(i)
+            return value if eta is None else value * fresnel_conductor(cos_h, eta(i), k(i))
+
+        return scatter
+
+
+@dataclass(frozen=True)
+class Plastic(_Parameters):
+    """GGX dielectric coat over a diffuse base, as Mitsuba's ``roughplastic``.
+
+    Args:
+        alpha: GGX roughness, above 0 (a scalar or one a point).
+        diffuse: albedo of the base.
+        ior: relative index of refraction (interior / exterior), above 1.
+        specular: factor on the specular reflectance.
+        nonlinear: whether colour shifts by scattering inside the coat are kept.
+    """
+
+    alpha: Any
+    diffuse: Any = 0.5
+    ior: Any = 1.4895899  # polypropylene (1.49) in air, Mitsuba's default
+    specular: Any = 1.0
+    nonlinear: Any = False
+
+    def __post_init__(self) -> None:
+        self._check("alpha", SMALLEST_ALPHA)
+        self._check("diffuse", 0.0)
+        self._check("ior", 1.0)
+        self._check("specular", 0.0)
+        self._check("nonlinear", 0.0, 1.0)
+
+    def bind(self, n: int) -> Scatter:
+        self._check_length(n)
+        f = types()
+        pairs = np.concatenate(np.broadcast_arrays(self.alpha, self.ior), axis=1)
+        unique, row = np.unique(pairs, axis=0, return_inverse=True)
+        tables, internal = zip(*(transmittance_table(a, eta) for a, eta in unique), strict=True)
+        table = f.Float(np.concatenate(tables).astype(np.float32))
+        row_of = bind_parameter(row.reshape(-1, 1) * float(TABLE_NODES))
+        inside = bind_parameter(np.asarray(internal)[row.reshape(-1)][:, None])
+        alpha, ior = bind_parameter(self.alpha), bind_parameter(self.ior)
+        diffuse, specular = bind_parameter(self.diffuse), bind_parameter(self.specular)
+        nonlinear = bind_parameter(self.nonlinear)
+
+        def transmitted(i, cosine):
+            x = dr.clip(cosine, 0, 1) * (TABLE_NODES - 1)
+            cell = dr.minimum(f.UInt32(dr.detach(x)), TABLE_NODES - 2)
+            at = f.UInt32(row_of(i)) + cell
+            t = x - f.Float(cell)
+            return dr.lerp(dr.gather(f.Float, table, at), dr.gather(f.Float, table, at + 1), t)
+
+        def scatter(i, normal, l, w):
+            value, cos_h = _microfacet(alpha(i), normal, l, w)
+            cos_l, cos_w = dr.dot(normal, l), dr.dot(normal, w)
+            base = diffuse(i)
+            base = base / (1 - inside(i) * dr.lerp(base * 0 + 1, base, nonlinear(i)))
+            both = transmitted(i, cos_l) * transmitted(i, cos_w)
+            lit = dr.select((cos_l > 0) & (cos_w > 0), cos_l * both * dr.inv_pi, 0)
+            return value * fresnel_dielectric(cos_h, ior(i)) * specular(i) + base * (
+                lit / dr.square(ior(i))
+            )
+
+        return scatter
+
+
+@dataclass(frozen=True)
+class Mixed:
+    """A different BRDF at each point: point i has ``brdfs[index[i]]``.
+
+    A parameter given one a point counts over all n points of the observations.
+    """
+
+    brdfs: tuple[BRDF, ...]
+    index: Any
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "brdfs", tuple(self.brdfs))
+        index = np.asarray(self.index)
+        if not self.brdfs or index.ndim != 1 or not np.issubdtype(index.dtype, np.integer):
+            raise ValueError("Mixed needs at least one BRDF and an integer index for each point")
+        if len(index) and not 0 <= index.min() <= index.max() < len(self.brdfs):
+            raise ValueError(f"Mixed.index must lie in 0 to {len(self.brdfs) - 1}")
+        object.__setattr__(self, "index", index.astype(np.uint32))
+
+    @property
+    def channels(self) -> int:
+        return max(brdf.channels for brdf in self.brdfs)
+
+    def bind(self, n: int) -> Scatter:
+        if len(self.index) != n:
+            raise ValueError(f"Mixed.index has {len(self.index)} rows; expected {n}")
+        f = types()
+        which = f.UInt32(self.index)
+        parts = [brdf.bind(n) for brdf in self.brdfs]
+
+        def scatter(i, normal, l, w):
+            mine = dr.gather(f.UInt32, which, i)
+            total = parts[0](i, normal, l, w) * dr.select(mine == 0, f.Float(1), 0)
+            for b, part in enumerate(parts[1:], start=1):
+                total = total + part(i, normal, l, w) * dr.select(mine == b, f.Float(1), 0)
+            return total
+
+        return scatter
+
+
+SMALLEST_ALPHA = 1e-4  # Mitsuba clamps here too
+
+
+def evaluate(brdf: BRDF, normals: ArrayLike, l: ArrayLike, w: ArrayLike) -> NDArray[np.float64]:
+    """f(x, l, w) (n . l)_+ for (n, 3) unit vectors; returns (n, c).
+
+    >>> import numpy as np
+    >>> up = [[0.0, 0.0, 1.0]]
+    >>> bool(np.isclose(evaluate(Lambert(albedo=0.5), up, up, up)[0, 0], 0.5 / np.pi))
+    True
+    """
+    f = types()
+    normals, l, w = (np.asarray(v, np.float32) for v in (normals, l, w))
+    value = brdf.bind(len(normals))(
+        dr.arange(f.UInt32, len(normals)), f.Array3f(normals.T), f.Array3f(l.T), f.Array3f(w.T)
+    )
+    return channels_last(value, len(normals))
+
+
+def bind_parameter(value: NDArray) -> Callable[[Any], Any]:
+    """A parameter (1 or n, 1 or 3) as a function of the observation's index in a kernel."""
+    f = types()
+    kind = f.Float if value.shape[1] == 1 else f.Array3f
+    columns = kind(*(f.Float(column.astype(np.float32)) for column in value.T))
+    dr.make_opaque(columns)  # a changed value must not compile a new kernel
+    if len(value) == 1:
+        return lambda i: columns
+    return lambda i: (
+        dr.gather(kind, columns, i)
+        if kind is f.Float
+        else kind(*(dr.gather(f.Float, column, i) for column in columns))
+    )
+
+
+def channels_last(value: Any, n: int) -> NDArray[np.float64]:
+    """A kernel's Float or Array3f as a NumPy array (n, 1) or (n, 3)."""
+    result = np.atleast_2d(np.array(value, dtype=np.float64))
+    return np.ascontiguousarray(np.broadcast_to(result, (len(result), n)).T)
+
+
+def positive_cosine(normal: Any, l: Any) -> Any:
+    return dr.maximum(dr.dot(normal, l), 0)
+
+
+def _microfacet(alpha: Any, normal: Any, l: Any, w: Any) -> tuple[Any, Any]:
+    """D G / (4 n.w), which is f (n.l) without its Fresnel term, and the cosine for Fresnel."""
+    cos_l, cos_w = dr.dot(normal, l), dr.dot(normal, w)
+    h = dr.normalize(l + w)
+    both_sides = (cos_l > 0) & (cos_w > 0)
+    value = ggx(alpha, normal, h) * smith(alpha, normal, l) * smith(alpha, normal, w)
+    return dr.select(both_sides, value / (4 * cos_w), 0), dr.dot(w, h)

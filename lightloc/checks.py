@@ -1,0 +1,67 @@
+"""Input is checked once, where it enters; every complaint is one plain sentence."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+
+def array(
+    name: str,
+    value: ArrayLike,
+    shape: Sequence[int | None],
+    least: float | None = None,
+    most: float | None = None,
+) -> NDArray[np.float64]:
+    """Return ``value`` as a read-only float64 array of ``shape`` (None: any length).
+
+    Raises ValueError naming the field, the first offending row and what was expected.
+
+    >>> array("albedo", [0.5, 0.6], (2,)).tolist()
+    [0.5, 0.6]
+    >>> array("albedo", [0.5, float("nan")], (2,))
+    Traceback (most recent call last):
+        ...
+    ValueError: albedo[1] is nan; expected a finite number
+    """
+    try:
+        result = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} is not an array of numbers") from None
+    fits = result.ndim == len(shape) and all(
+        want is None or have == want for have, want in zip(result.shape, shape, strict=True)
+    )
+    if not fits:
+        wanted = "(" + ", ".join("any" if s is None else str(s) for s in shape) + ")"
+        raise ValueError(f"{name} has shape {result.shape}; expected {wanted}")
+    _refuse(name, result, ~np.isfinite(result), "a finite number")
+    if least is not None:
+        _refuse(name, result, result < least, f"at least {least:g}")
+    if most is not None:
+        _refuse(name, result, result > most, f"at most {most:g}")
+    result.setflags(write=False)
+    return result
+
+
+def unit_vectors(name: str, value: ArrayLike, n: int) -> NDArray[np.float64]:
+    """Return (n, 3) ``value`` normalized; raises ValueError where a vector has length zero."""
+    vectors = array(name, value, (n, 3))
+    lengths = np.linalg.norm(vectors, axis=1)
+    if (lengths < TINY_VECTOR).any():
+        row = int(np.argmax(lengths < TINY_VECTOR))
+        raise ValueError(f"{name}[{row}] has length zero; expected a unit vector")
+    result = vectors / lengths[:, None]
+    result.setflags(write=False)
+    return result
+
+
+TINY_VECTOR = 1e-12  # below this a direction is lost in rounding
+
+
+def _refuse(name: str, value: NDArray, bad: NDArray, expected: str) -> None:
+    if bad.any():
+        where = np.unravel_index(int(np.argmax(bad)), bad.shape)
+        at = "".join(f"[{i}]" for i in where)
+        raise ValueError(f"{name}{at} is {value[where]:g}; expected {expected}")

@@ -1,0 +1,74 @@
+"""PointLights: what hides in a scene, what a search finds, what the judge compares."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lightloc.checks import array
+
+
+@dataclass(frozen=True)
+class PointLights:
+    """Isotropic point lights.
+
+    Args:
+        positions: (k, 3) metres.
+        intensities: (k, c) radiant intensity in W/sr, c = 1 or 3 (linear RGB).
+            A (k,) array is taken as (k, 1).
+
+    Raises:
+        ValueError: a shape is wrong, a value is not finite, or an intensity is negative.
+
+    >>> lights = PointLights(positions=[[0, 0, 2]], intensities=[10.0])
+    >>> len(lights), lights.channels
+    (1, 1)
+    """
+
+    positions: NDArray[np.float64]
+    intensities: NDArray[np.float64]
+
+    def __init__(self, positions: ArrayLike, intensities: ArrayLike) -> None:
+        positions = np.asarray(positions, float)
+        intensities = np.asarray(intensities, float)
+        if positions.size == 0:
+            positions = positions.reshape(0, 3)
+            intensities = intensities.reshape(
+                0, intensities.shape[1] if intensities.ndim > 1 else 1
+            )
+        if intensities.ndim == 1:
+            intensities = intensities[:, None]
+        k = len(positions) if positions.ndim else 0
+        positions = array("PointLights.positions", positions, (k, 3))
+        intensities = array("PointLights.intensities", intensities, (k, None), least=0.0)
+        if intensities.shape[1] not in (1, 3):
+            raise ValueError(
+                f"PointLights.intensities has {intensities.shape[1]} channels; expected 1 or 3"
+            )
+        object.__setattr__(self, "positions", positions)
+        object.__setattr__(self, "intensities", intensities)
+
+    def __len__(self) -> int:
+        return len(self.positions)
+
+    @property
+    def channels(self) -> int:
+        return self.intensities.shape[1]
+
+    def brightest_first(self) -> PointLights:
+        """The same lights in falling order of their mean intensity."""
+        order = np.argsort(-self.intensities.mean(axis=1), kind="stable")
+        return PointLights(self.positions[order], self.intensities[order])
+
+    def __str__(self) -> str:
+        if not len(self):
+            return "no lights"
+        rows = [
+            "({:.4f}, {:.4f}, {:.4f}) m  {} W/sr".format(
+                *p, " ".join(f"{value:.4f}" for value in intensity)
+            )
+            for p, intensity in zip(self.positions, self.intensities, strict=True)
+        ]
+        return "\n".join(rows)

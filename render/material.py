@@ -1,0 +1,130 @@
+"""Read BRDFs out of a scene: lightloc's own models where they fit, else the BSDF itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+from numpy.typing import NDArray
+
+from lightloc.brdf import BRDF, Conductor, Lambert, Mixed, Plastic, Scatter
+
+GREY = 1e-5  # RGB that differs by less than this is read as one channel
+
+
+@dataclass(frozen=True)
+class SceneBSDF:
+    """Mitsuba's own BSDFs at observed points, as a BRDF for lightloc's kernels."""
+
+    interaction: Any = field(repr=False)
+    channels: int = 3
+
+    def bind(self, n: int) -> Scatter:
+        context = mi.BSDFContext()
+
+        def scatter(i: Any, normal: Any, l: Any, w: Any) -> Any:
+            si = dr.gather(mi.SurfaceInteraction3f, self.interaction, i)
+            value = si.bsdf().eval(context, si, si.to_local(mi.Vector3f(l)))
+            return value if self.channels == 3 else value[0]
+
+        return scatter
+
+
+def material_at(si: Any) -> BRDF:
+    """The BRDF at n surface interactions (from `probe`), textures evaluated at each."""
+    n = dr.width(si)
+    bsdf_of = np.array(dr.reinterpret_array(mi.UInt32, si.bsdf()))
+    models: dict[type, dict[str, NDArray]] = {}
+    kind = np.empty(n, object)
+    for pointer in np.unique(bsdf_of):
+        here = np.flatnonzero(bsdf_of == pointer)
+        bsdf = mi.BSDFPtr(dr.gather(mi.BSDFPtr, si.bsdf(), mi.UInt32(int(here[0]))))
+        model, values = _read(bsdf[0], dr.gather(mi.SurfaceInteraction3f, si, mi.UInt32(here)))
+        kind[here] = model
+        table = models.setdefault(model, {})
+        for name, value in values.items():
+            column = table.setdefault(name, np.full((n, 3), DEFAULTS.get(name, 0.0)))
+            column[here] = value
+    parts: list[BRDF] = []
+    index = np.zeros(n, int)
+    for b, (model, table) in enumerate(models.items()):
+        here = kind == model
+        index[here] = b
+        if model is SceneBSDF:
+            parts.append(SceneBSDF(si, _channels_of(si)))
+        else:
+            parts.append(model(**{name: _compact(v, here) for name, v in table.items()}))
+    return parts[0] if len(parts) == 1 else Mixed(tuple(parts), index)
+
+
+DEFAULTS = {"alpha": 0.5, "ior": 1.5}  # fill the rows that belong to another model
+
+
+def _children(bsdf: Any) -> dict[str, Any]:
+    """The textures (and nested BSDFs) of a BSDF by parameter name."""
+    objects: dict[str, Any] = {}
+
+    class Collect(mi.TraversalCallback):  # exists only once a variant is set
+        def put(self, name: str, value: Any, *flags: Any) -> None:
+            if isinstance(value, mi.Object):
+                objects[name] = value
+
+    bsdf.traverse(Collect())
+    return objects
+
+
+def _read(bsdf: Any, si: Any) -> tuple[type, dict[str, Any]]:
+    """(model, parameters at si) of one BSDF; SceneBSDF where no model fits."""
+    found = _children(bsdf)
+    if bsdf.class_name() == "TwoSidedBRDF":
+        if str(found["brdf_0"]) != str(found["brdf_1"]):
+            return SceneBSDF, {}
+        return _read(found["brdf_0"], si)
+    text = str(bsdf)
+    ggx = "distribution = ggx" in text
+    if bsdf.class_name() == "SmoothDiffuse":
+        return Lambert, {"albedo": _colour(found["reflectance"], si)}
+    if bsdf.class_name() == "RoughConductor" and ggx and "alpha" in found:
+        specular = found.get("specular_reflectance")
+        return Conductor, {
+            "alpha": np.array(found["alpha"].eval_1(si))[:, None],
+            "eta": _colour(found["eta"], si),
+            "k": _colour(found["k"], si),
+            "specular": 1.0 if specular is None else _colour(specular, si),
+        }
+    if bsdf.class_name() == "RoughPlastic" and ggx:
+        scalars = mi.traverse(bsdf)
+        specular = found.get("specular_reflectance")
+        return Plastic, {
+            "alpha": float(np.array(scalars["alpha"]).ravel()[0]),
+            "ior": float(np.array(scalars["eta"]).ravel()[0]),
+            "diffuse": _colour(found["diffuse_reflectance"], si),
+            "specular": 1.0 if specular is None else _colour(specular, si),
+            "nonlinear": float("nonlinear = 1" in text),
+        }
+    return SceneBSDF, {}
+
+
+def _colour(texture: Any, si: Any) -> NDArray:
+    value = np.atleast_2d(np.array(texture.eval(si), float))
+    return np.broadcast_to(value, (3, dr.width(si))).T
+
+
+def _compact(value: NDArray, here: NDArray) -> NDArray:
+    """One channel where all are grey, one row where all its points agree."""
+    mine = value[here]
+    if np.ptp(mine, axis=1).max(initial=0) <= GREY * np.abs(mine).max(initial=0):
+        value = value[:, :1]
+    if np.ptp(value[here], axis=0).max() == 0:
+        value = value[here][:1]
+    return value
+
+
+def _channels_of(si: Any) -> int:
+    """1 where a light overhead looks grey everywhere."""
+    value = si.bsdf().eval(mi.BSDFContext(), si, mi.Vector3f(0.3, 0.2, 0.93))
+    colour = np.array(value)
+    return 1 if np.ptp(colour, axis=0).max() <= GREY * colour.max(initial=0) else 3

@@ -1,0 +1,185 @@
+"""Load a Mitsuba scene, and take its lights out of it as the truth."""
+
+from __future__ import annotations
+
+import importlib.resources
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from lightloc.lights import PointLights
+from render.variant import use_mitsuba
+
+GREY = 1e-6  # channels that differ by less than this share are one channel
+SHADOW_EPSILON = 8.9e-4  # share of a shadow ray left out at its far end, as in Mitsuba
+
+
+@dataclass(frozen=True)
+class SceneGeometry:
+    """A scene's surfaces as the two questions of `lightloc.Geometry`."""
+
+    scene: Any = field(repr=False)
+
+    def visible(self, x: Any, p: Any, active: Any = True) -> Any:
+        """Whether the open segment from x to p is free; (Array3f, Array3f) -> Bool."""
+        d = mi.Vector3f(p - x)
+        distance = dr.norm(d)
+        ray = mi.Ray3f(mi.Point3f(x), d / distance, distance * (1 - SHADOW_EPSILON), 0, [])
+        return ~self.scene.ray_test(ray, mi.Mask(active)) & active
+
+    def intersect(self, x: Any, d: Any, active: Any = True) -> tuple[Any, Any]:
+        """First hit of the ray x + t d: (Bool, Array3f)."""
+        ray = mi.Ray3f(mi.Point3f(x), mi.Vector3f(d))
+        hit = self.scene.ray_intersect_preliminary(ray, coherent=False, active=mi.Mask(active))
+        return hit.is_valid() & active, ray(dr.select(hit.is_valid(), hit.t, 0))
+
+
+@dataclass(frozen=True)
+class Room:
+    """A loaded scene: what a search may know (geometry) and what it must find (lights)."""
+
+    name: str
+    path: Path
+    parameters: Mapping[str, Any]
+    scene: Any = field(repr=False)
+    lights: PointLights
+    geometry: SceneGeometry
+
+    @property
+    def diagonal(self) -> float:
+        """Length of the diagonal of the scene's bounding box, metres."""
+        return float(np.linalg.norm(self.bounds[1] - self.bounds[0]))
+
+    @property
+    def bounds(self) -> np.ndarray:
+        """(2, 3) corners of the surfaces' bounding box, metres."""
+        boxes = [shape.bbox() for shape in self.scene.shapes()]
+        return np.array(
+            [
+                np.min([np.array(box.min).ravel() for box in boxes], axis=0),
+                np.max([np.array(box.max).ravel() for box in boxes], axis=0),
+            ]
+        )
+
+
+def standard_scenes() -> list[str]:
+    """Names of the scenes that come with the package."""
+    files = importlib.resources.files("scenes").iterdir()
+    return sorted(file.name[:-4] for file in files if file.name.endswith(".xml"))
+
+
+def find(path: str | Path) -> Path:
+    """The file of a scene: a path, or the name of a standard scene with or without ``.xml``.
+
+    Raises ValueError naming the file where there is none.
+    """
+    path = Path(path)
+    if path.is_file():
+        return path
+    name = path.name.removesuffix(".xml")
+    if name in standard_scenes() and path.parent.name in ("", "scenes"):
+        return Path(str(importlib.resources.files("scenes") / f"{name}.xml"))
+    raise ValueError(
+        f"{path}: no such scene file (standard scenes: {', '.join(standard_scenes())})"
+    )
+
+
+def load(path: str | Path, **parameters: Any) -> Room:
+    """Load a Mitsuba scene whose lights are ``point`` emitters.
+
+    Args:
+        path: an XML file, or the name of a standard scene.
+        parameters: values for the scene's own ``<default>`` names, as ``alpha=0.2``.
+
+    Raises:
+        ValueError: one sentence naming the file and what is wrong with it: it can't be read,
+            a parameter is unknown, it has no point emitter or another kind of emitter, an
+            intensity is negative or not finite, or it has no surface.
+
+    >>> load("box_one").lights.channels
+    1
+    """
+    use_mitsuba()
+    path = find(path)
+    _check_parameters(path, parameters)
+    try:
+        scene = mi.load_file(
+            str(path), optimize=False, **{k: _text(v) for k, v in parameters.items()}
+        )
+    except (RuntimeError, ValueError) as error:
+        raise ValueError(f"{path}: {_first_sentence(error)}") from None
+    if not isinstance(scene, mi.Scene):
+        raise ValueError(f"{path}: holds a {type(scene).__name__}; expected a scene")
+    if not scene.shapes():
+        raise ValueError(f"{path}: the scene has no surface")
+    try:
+        lights = _lights(scene)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+    return Room(path.stem, path, dict(parameters), scene, lights, SceneGeometry(scene))
+
+
+def relight(room: Room, lights: PointLights) -> Room:
+    """The same room lit by other point lights; its sensors and surfaces are shared."""
+    parts: dict[str, Any] = {"type": "scene"}
+    for kind, objects in (("shape", room.scene.shapes()), ("sensor", room.scene.sensors())):
+        parts |= {f"{kind}_{i}": thing for i, thing in enumerate(objects)}
+    for i, (p, I) in enumerate(zip(lights.positions, lights.intensities, strict=True)):
+        parts[f"light_{i}"] = {
+            "type": "point",
+            "position": p.tolist(),
+            "intensity": {"type": "rgb", "value": np.broadcast_to(I, 3).tolist()},
+        }
+    scene = mi.load_dict(parts, optimize=False)
+    return Room(room.name, room.path, room.parameters, scene, lights, SceneGeometry(scene))
+
+
+def _lights(scene: Any) -> PointLights:
+    emitters = scene.emitters()
+    for emitter in emitters:
+        if emitter.class_name() != "PointLight":
+            raise ValueError(
+                f"emitter '{emitter.id()}' is a {emitter.class_name()}; expected point emitters"
+            )
+    if not emitters:
+        raise ValueError("the scene has no point emitter; expected at least one light to hide")
+    positions, intensities = [], []
+    anywhere = dr.zeros(mi.SurfaceInteraction3f, 1)
+    for emitter in emitters:
+        sample, _ = emitter.sample_direction(anywhere, mi.Point2f(0.5))
+        positions.append(np.array(sample.p, float).ravel())
+        away = dr.squared_norm(sample.p - anywhere.p)  # weight is I / d^2
+        weight = mi.traverse(emitter)
+        key = next(k for k in weight.keys() if k.startswith("intensity"))  # noqa: SIM118
+        dr.eval(away)
+        intensities.append(np.broadcast_to(np.array(weight[key], float).ravel(), 3))
+    colours = np.array(intensities)
+    spread = np.abs(colours - colours[:, :1]).max(initial=0)
+    grey = not spread > GREY * np.abs(colours).max(initial=0)
+    return PointLights(np.array(positions), colours[:, :1] if grey else colours)
+
+
+def _check_parameters(path: Path, parameters: Mapping[str, Any]) -> None:
+    known = set(re.findall(r"<default\s+name=\"([^\"]+)\"", path.read_text(errors="replace")))
+    for name in parameters:
+        if name not in known:
+            raise ValueError(
+                f"{path}: has no parameter '{name}' (it has: {', '.join(sorted(known)) or 'none'})"
+            )
+
+
+def _text(value: Any) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _first_sentence(error: Exception) -> str:
+    """The line of Mitsuba's message that says what is wrong, without its C++ source place."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    lines = [re.sub(r"^.*?\[[\w.]+\.cpp:\d+\]\s*", "", line) for line in lines]
+    return lines[-1] if lines else "can't be loaded"
