@@ -32,6 +32,19 @@ class Surfels:
     start: Any  # x moved off its surface, where shadow rays begin
     scatter: Scatter
 
+    def take(self, some: NDArray) -> Surfels:
+        """Some of the surfels, renumbered from 0."""
+        f = types()
+        rows = f.UInt32(np.asarray(some, np.uint32))
+        scatter = self.scatter
+
+        def scatter_some(i: Any, normal: Any, l: Any, w: Any) -> Any:
+            return scatter(dr.gather(f.UInt32, rows, i), normal, l, w)
+
+        x, normal, w, start = (pick(v, rows) for v in (self.x, self.normal, self.w, self.start))
+        dr.eval(x, normal, w, start)
+        return Surfels(len(some), x, normal, w, start, scatter_some)
+
 
 def surfels(q: Observations) -> Surfels:
     """Move observations into Dr.Jit arrays once; every kernel gathers from these."""

@@ -1,0 +1,80 @@
+"""Localization: the answer, how sure it is, and why the search stopped."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lightloc.lights import PointLights
+
+
+class Reason(Enum):
+    """Why a search stopped; the value is the sentence that a user reads."""
+
+    CONVERGED = "The lights explain every observation to within its error."
+    NO_GAIN = "No further light explains significantly more, yet a residual is left."
+    MOST_LIGHTS = "The largest number of lights allowed was reached, and a residual is left."
+    DARK = "Nothing is lit: no light explains these observations better than darkness."
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step of the search: what was done, how many lights then, chi-square per residual."""
+
+    action: str
+    lights: int
+    chi2: float
+
+
+@dataclass(frozen=True)
+class Localization:
+    """What `localize` found.
+
+    Args:
+        lights: brightest first.
+        position_error: (k, 3) standard errors, metres.
+        intensity_error: (k, c) standard errors, W/sr.
+        covariance: (m, m) over the free coordinates of each light, then the intensities.
+        bound: (k, c) D(p) at each light, W/sr: no light there can be brighter.
+        residual: (n, c) (B - model) / sigma at the observations.
+        direct: (n, c) the direct radiance that was explained, after removal of indirect light.
+        sigma: (n, c) the standard errors used, with those of the removal.
+        inseparable: pairs of lights that the data can't tell apart.
+        reason: why the search stopped.
+        history: the steps of the search.
+    """
+
+    lights: PointLights
+    position_error: NDArray[np.float64]
+    intensity_error: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+    bound: NDArray[np.float64]
+    residual: NDArray[np.float64]
+    direct: NDArray[np.float64]
+    sigma: NDArray[np.float64]
+    inseparable: tuple[tuple[int, int], ...]
+    reason: Reason
+    history: tuple[Step, ...]
+
+    @property
+    def chi2(self) -> float:
+        """Chi-square a residual over all observations; 1 where the model is right."""
+        return float(np.square(self.residual).mean())
+
+    def __str__(self) -> str:
+        rows = [f"{len(self.lights)} light(s). {self.reason.value}"]
+        for p, I, dp, dI in zip(
+            self.lights.positions,
+            self.lights.intensities,
+            self.position_error,
+            self.intensity_error,
+            strict=True,
+        ):
+            where = ", ".join(f"{a:.4f} ± {e:.1g}" for a, e in zip(p, dp, strict=True))
+            bright = ", ".join(f"{a:.4f} ± {e:.1g}" for a, e in zip(I, dI, strict=True))
+            rows.append(f"  ({where}) m   {bright} W/sr")
+        rows += [f"  lights {a} and {b} can't be told apart" for a, b in self.inseparable]
+        return "\n".join(rows)
