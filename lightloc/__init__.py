@@ -1,25 +1,38 @@
 """lightloc: find the point lights that light a room. The public names, in pipeline order."""
 
-from lightloc import backend  # first: it chooses the LLVM library
+import lightloc.backend  # noqa: F401  (first: it chooses the LLVM library)
 from lightloc.brdf import BRDF, Conductor, Lambert, Mixed, Plastic
+from lightloc.fields import Grid, intensity, intensity_distance
 from lightloc.geometry import Geometry
+from lightloc.indirect import remove_indirect
 from lightloc.lights import PointLights
+from lightloc.localize import localize
 from lightloc.observations import Observations
+from lightloc.result import Localization, Reason
+from lightloc.search import Options
 from lightloc.shading import check_gradient, radiance, shading, shading_gradient
 
 __version__ = "0.1.0"
 
-__all__ = [
-    "BRDF",
-    "Conductor",
-    "Geometry",
-    "Lambert",
-    "Mixed",
-    "Observations",
-    "Plastic",
+__all__ = [  # in pipeline order
     "PointLights",
-    "check_gradient",
-    "radiance",
+    "Lambert",
+    "Conductor",
+    "Plastic",
+    "Mixed",
+    "BRDF",
+    "Observations",
+    "Geometry",
+    "remove_indirect",
     "shading",
     "shading_gradient",
+    "check_gradient",
+    "radiance",
+    "Grid",
+    "intensity",
+    "intensity_distance",
+    "localize",
+    "Options",
+    "Localization",
+    "Reason",
 ]

@@ -131,9 +131,11 @@ class Conductor(_Parameters):
         k = None if self.k is None else bind_parameter(self.k)
 
         def scatter(i, normal, l, w):
-            value, cos_h = _microfacet(alpha(i), normal, l, w)
+            lit, value, cos_h = _microfacet(alpha(i), normal, l, w)
             value = value * specular(i)
-            return value if eta is None else value * fresnel_conductor(cos_h, eta(i), k(i))
+            if eta is not None:
+                value = value * fresnel_conductor(cos_h, eta(i), k(i))
+            return dr.select(lit, value, 0)
 
         return scatter
 
@@ -184,15 +186,13 @@ class Plastic(_Parameters):
             return dr.lerp(dr.gather(f.Float, table, at), dr.gather(f.Float, table, at + 1), t)
 
         def scatter(i, normal, l, w):
-            value, cos_h = _microfacet(alpha(i), normal, l, w)
+            lit, value, cos_h = _microfacet(alpha(i), normal, l, w)
             cos_l, cos_w = dr.dot(normal, l), dr.dot(normal, w)
             base = diffuse(i)
             base = base / (1 - inside(i) * dr.lerp(base * 0 + 1, base, nonlinear(i)))
             both = transmitted(i, cos_l) * transmitted(i, cos_w)
-            lit = dr.select((cos_l > 0) & (cos_w > 0), cos_l * both * dr.inv_pi, 0)
-            return value * fresnel_dielectric(cos_h, ior(i)) * specular(i) + base * (
-                lit / dr.square(ior(i))
-            )
+            base = base * (cos_l * both * dr.inv_pi / dr.square(ior(i)))
+            return dr.select(lit, value * fresnel_dielectric(cos_h, ior(i)) * specular(i) + base, 0)
 
         return scatter
 
@@ -229,9 +229,9 @@ class Mixed:
 
         def scatter(i, normal, l, w):
             mine = dr.gather(f.UInt32, which, i)
-            total = parts[0](i, normal, l, w) * dr.select(mine == 0, f.Float(1), 0)
+            total = parts[0](i, normal, l, w)
             for b, part in enumerate(parts[1:], start=1):
-                total = total + part(i, normal, l, w) * dr.select(mine == b, f.Float(1), 0)
+                total = dr.select(mine == b, part(i, normal, l, w), total)
             return total
 
         return scatter
@@ -281,10 +281,11 @@ def positive_cosine(normal: Any, l: Any) -> Any:
     return dr.maximum(dr.dot(normal, l), 0)
 
 
-def _microfacet(alpha: Any, normal: Any, l: Any, w: Any) -> tuple[Any, Any]:
-    """D G / (4 n.w), which is f (n.l) without its Fresnel term, and the cosine for Fresnel."""
+def _microfacet(alpha: Any, normal: Any, l: Any, w: Any) -> tuple[Any, Any, Any]:
+    """Whether both directions are above the surface; D G / (4 n.w), which is f (n.l) without its
+    Fresnel term; the cosine for Fresnel. To be selected last: a derivative that is not finite
+    below the horizon must not meet a product."""
     cos_l, cos_w = dr.dot(normal, l), dr.dot(normal, w)
     h = dr.normalize(l + w)
-    both_sides = (cos_l > 0) & (cos_w > 0)
     value = ggx(alpha, normal, h) * smith(alpha, normal, l) * smith(alpha, normal, w)
-    return dr.select(both_sides, value / (4 * cos_w), 0), dr.dot(w, h)
+    return (cos_l > 0) & (cos_w > 0), value / (4 * cos_w), dr.dot(w, h)

@@ -12,7 +12,7 @@ from lightloc.backend import types
 from lightloc.checks import array
 from lightloc.geometry import Geometry
 from lightloc.observations import Observations
-from lightloc.shading import pick, shading, surfels, unoccluded, visible
+from lightloc.shading import shading, surfels, unoccluded, visible
 
 NO_LIMITER = 2**32 - 1
 """The limiter's index where no observation limits a light: D is infinite there."""
@@ -97,6 +97,8 @@ def intensity_distance(
     f = types()
     s = surfels(q)
     points = array("positions", positions, (None, 3)).astype(np.float32)
+    if not len(points):
+        return np.zeros((0, q.channels)), np.zeros((0, q.channels), np.uint32)
     B = np.maximum(q.radiance + margin * q.sigma, 0.0)
     order = np.argsort(B.mean(axis=1), kind="stable").astype(np.uint32)  # dark ones limit first
     index = f.UInt32(order)
@@ -108,7 +110,9 @@ def intensity_distance(
         who = dr.full(f.UInt32, NO_LIMITER, len(points))
         j = f.UInt32(0)
         count = dr.opaque(f.UInt32, len(q))
-        while_ = dr.while_loop
+
+        def more(j, least, who, count=count):
+            return j < count
 
         def body(j, least, who, c=c, bright=bright):
             i = dr.gather(f.UInt32, index, j)
@@ -119,9 +123,7 @@ def intensity_distance(
             better &= visible(s, i, p, geometry, better)
             return j + 1, dr.select(better, bound, least), dr.select(better, i, who)
 
-        j, least, who = while_(
-            (j, least, who), lambda j, least, who: j < count, body, labels=("j", "D", "L")
-        )
+        j, least, who = dr.while_loop((j, least, who), more, body, labels=("j", "D", "L"))
         dr.eval(least, who)
         D.append(np.array(least, np.float64))
         L.append(np.array(who))

@@ -11,6 +11,7 @@ from lightloc.candidates import Dictionary
 from lightloc.checks import array
 from lightloc.fields import Grid, intensity_distance
 from lightloc.geometry import Geometry
+from lightloc.indirect import remove_indirect
 from lightloc.lights import PointLights
 from lightloc.observations import Observations
 from lightloc.result import Localization, Reason, Step
@@ -26,9 +27,37 @@ def localize(
     options: Options | None = None,
     seed: int = 0,
 ) -> Localization:
-    """Find the lights: how many, where, how strong, and how sure that is."""
+    """Find the lights: how many, where, how strong, and how sure that is.
+
+    Args:
+        observations: what is seen; where they hold interreflected light, it is removed first.
+        geometry: what occludes; None where nothing does.
+        bounds: (2, 3) corners of the region that may hold lights, metres; the observations'
+            bounding box where None.
+        options: the search's defaults, replaced.
+        seed: of the sample of observations and of the gathering rays.
+
+    Raises:
+        ValueError: the bounds are not a box, or interreflected light is to be removed and there
+            is no geometry to gather it with.
+
+    >>> import numpy as np
+    >>> from lightloc import Lambert, PointLights, radiance
+    >>> floor = np.random.default_rng(0).uniform(-2, 2, (500, 3)) * [1, 1, 0]
+    >>> up = np.tile([0.0, 0.0, 1.0], (500, 1))
+    >>> dark = Observations(positions=floor, normals=up, directions=up,
+    ...                     radiance=np.zeros(500), material=Lambert(albedo=0.5))
+    >>> B = radiance(dark, PointLights([[0.5, -0.3, 1.2]], [10.0]))
+    >>> found = localize(dark.with_radiance(B, 0.0), bounds=[[-2, -2, 0.1], [2, 2, 2]])
+    >>> found.lights.positions.round(3).tolist(), found.reason.name
+    ([[0.5, -0.3, 1.2]], 'CONVERGED')
+    """
     o = options or Options()
     q = observations
+    if q.interreflected:
+        if geometry is None:
+            raise ValueError("interreflected light can't be removed without the geometry")
+        q = remove_indirect(q, geometry, seed)
     region = array("bounds", q.bounds if bounds is None else bounds, (2, 3))
     some = np.sort(np.random.default_rng(seed).permutation(len(q))[: o.sample])
     whole = Problem.of(q, working_sigma(q, o), geometry, region)

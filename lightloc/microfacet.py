@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 TABLE_NODES = 64  # nodes in cos(theta) of the transmittance, as Mitsuba's roughplastic has
+GRAZING = 1e-10  # cos^2 below which masking's derivative would overflow float32
 QUADRATURE_OUTSIDE = 32  # Gauss-Legendre nodes an axis; from inside the coat total reflection
 QUADRATURE_INSIDE = 128  # has an edge and needs more
 
@@ -29,7 +30,7 @@ def ggx(alpha: Any, normal: Any, h: Any) -> Any:
 def smith(alpha: Any, normal: Any, v: Any) -> Any:
     """G1(v) = 2 / (1 + sqrt(1 + alpha^2 tan^2))."""
     cos_v = dr.dot(normal, v)
-    tan2 = dr.squared_norm(v - normal * cos_v) / dr.square(cos_v)
+    tan2 = dr.squared_norm(v - normal * cos_v) / dr.maximum(dr.square(cos_v), GRAZING)
     return 2 / (1 + dr.sqrt(1 + dr.square(alpha) * tan2))
 
 

@@ -28,6 +28,8 @@ class Observations:
         radiance: (n, c) B(q) in W sr^-1 m^-2, c = 1 or 3 (linear RGB); (n,) is taken as (n, 1).
         sigma: standard error of ``radiance``: a scalar, (n,) or (n, c); 0 where it is exact.
         material: a BRDF of `lightloc.brdf`, or anything with ``channels`` and ``bind``.
+        interreflected: whether ``radiance`` holds interreflected light too, as a camera's does;
+            `localize` then removes it first (footnote 1).
 
     Raises:
         ValueError: no observation at all, lengths that differ, a value that is not finite, a
@@ -46,6 +48,7 @@ class Observations:
     radiance: NDArray[np.float64]
     sigma: NDArray[np.float64]
     material: brdf.BRDF
+    interreflected: bool
 
     def __init__(
         self,
@@ -56,6 +59,7 @@ class Observations:
         radiance: ArrayLike,
         sigma: ArrayLike = 0.0,
         material: brdf.BRDF,
+        interreflected: bool = False,
     ) -> None:
         x = array("Observations.positions", positions, (None, 3))
         n = len(x)
@@ -72,6 +76,7 @@ class Observations:
         if material.channels > self.channels:
             raise ValueError("Observations.radiance has 1 channel but the material has 3")
         put(self, "material", material)
+        put(self, "interreflected", bool(interreflected))
 
     def __len__(self) -> int:
         return len(self.positions)
@@ -95,12 +100,15 @@ class Observations:
         """Whether this is a 2D scene: all points and normals lie in the plane z = 0."""
         return not self.positions[:, 2].any() and not self.normals[:, 2].any()
 
-    def with_radiance(self, radiance: ArrayLike, sigma: ArrayLike) -> Observations:
+    def with_radiance(
+        self, radiance: ArrayLike, sigma: ArrayLike, interreflected: bool | None = None
+    ) -> Observations:
         """The same points with another B(q), which may be negative within its error."""
         shape = self.radiance.shape
         B = array("radiance", np.broadcast_to(np.asarray(radiance, float), shape), shape)
         e = array("sigma", np.broadcast_to(np.asarray(sigma, float), shape), shape, least=0.0)
-        result = replace(self, radiance=np.maximum(B, 0.0), sigma=e)
+        both = self.interreflected if interreflected is None else interreflected
+        result = replace(self, radiance=np.maximum(B, 0.0), sigma=e, interreflected=both)
         object.__setattr__(result, "radiance", B)
         return result
 
@@ -108,12 +116,14 @@ class Observations:
         """Write one ``.npz``, whole or not at all: same observations, same bytes.
 
         Keys: ``format``; ``positions``, ``normals``, ``directions``, ``radiance``, ``sigma`` as
-        above (float64); ``material`` a type name, its parameters as ``material.NAME``; for
-        ``Mixed``, ``material.index`` and the parts under ``material.0``, ``material.1`` ...
+        above (float64); ``interreflected`` (bool); ``material`` a type name, its parameters as
+        ``material.NAME``; for ``Mixed``, ``material.index`` and the parts under
+        ``material.0``, ``material.1`` ...
         """
         keys: dict[str, Any] = {"format": np.array(FORMAT)}
         for name in ("positions", "normals", "directions", "radiance", "sigma"):
             keys[name] = getattr(self, name)
+        keys["interreflected"] = np.array(self.interreflected)
         keys.update(_material_keys("material", self.material))
         path = Path(path)
         part = path.with_name(path.name + ".part")
@@ -147,6 +157,7 @@ class Observations:
                 radiance=np.where(B < 0, 0.0, B),
                 sigma=keys["sigma"],
                 material=_material_from("material", keys),
+                interreflected=bool(keys["interreflected"]),
             )
             return result.with_radiance(B, keys["sigma"])
         except KeyError as missing:

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lightloc.candidates import Dictionary
 from lightloc.lights import PointLights
 from lightloc.result import Step
 from lightloc.shading import shading
-from lightloc.solve import Fit, Problem, intensities, no_lights, refine
+from lightloc.solve import Fit, Problem, intensities, no_lights, refine, robust
 
 
 @dataclass(frozen=True)
@@ -28,8 +28,10 @@ class Options:
     relative: float = 1e-4  # float32 shading, grazing plastic included, agrees to a few 1e-6
     absolute: float = 1e-5  # of the mean radiance
     search_noise: float = 0.02  # k of section 6.1, added while lights are still missing
+    typical: float = 0.95  # share of the residuals that the loss takes as they are meanwhile
     outlier: float = 5.0  # standard errors beyond which a residual counts less and less
     significant: float = 12.0  # least gain in chi-square a new parameter, in units of the noise
+    silent: float = 0.1  # robust chi-square a residual below which nothing is left to find
     explained: float = 1.3  # robust chi-square a residual that counts as the noise's floor
 
 
@@ -48,43 +50,54 @@ def grow(
     best = no_lights(tight, o.outlier)
     history: list[Step] = []
     while len(hypotheses[0]) < o.most_lights:
+        scale = unexplained_scale(hypotheses[0], o)
+        before = robust(hypotheses[0].residual, scale)
         grown = [
-            add(loose, fit, p, o)
+            refine(loose, start, scale, o.quick)
             for fit in hypotheses
-            for p in candidates(loose, dictionary, fit, o)
+            for start in starts(loose, dictionary, fit, scale, o)
         ]
         if not grown:
             break
-        hypotheses = distinct(grown, beam, dictionary)
-        polished = [refine(tight, fit.lights, o.outlier, o.thorough) for fit in hypotheses]
-        sharp = min(polished, key=lambda fit: fit.cost)
+        hypotheses = [
+            refine(loose, fit.lights, scale, o.thorough)
+            for fit in distinct(grown, beam, dictionary)
+        ]
+        hypotheses.sort(key=lambda fit: fit.cost)
+        sharp = min(
+            (refine(tight, fit.lights, o.outlier, o.thorough) for fit in hypotheses),
+            key=lambda fit: fit.cost,
+        )
         history.append(Step("add", len(sharp), sharp.cost / tight.rows))
-        if not significant(best, sharp, o):
+        worse = before - hypotheses[0].cost < o.significant * parameters(1, sharp)
+        if worse and not significant(best, sharp, o):
             break
-        best = sharp
-        if is_explained(best, tight, o):
+        if sharp.cost < best.cost:
+            best = sharp
+        if best.cost < o.silent * tight.rows:
             break
     return best, history
 
 
-def candidates(problem: Problem, dictionary: Dictionary, fit: Fit, o: Options) -> NDArray:
-    """(m, 3) positions where one more light would gain most."""
-    weight = 1 / (1 + np.square(fit.residual / o.outlier))  # Cauchy's
-    S = shading(problem.surfels, fit.lights.positions, problem.geometry) if len(fit) else None
+def unexplained_scale(fit: Fit, o: Options) -> float:
+    """Where the loss begins to flatten while lights are missing: most residuals lie below it."""
+    return max(o.outlier, float(np.quantile(np.abs(fit.residual), o.typical)))
+
+
+def starts(
+    problem: Problem, dictionary: Dictionary, fit: Fit, scale: float, o: Options
+) -> Iterator[PointLights]:
+    """The present lights with one more where it gains most; all intensities solved linearly."""
     n, c = problem.radiance.shape
-    columns = (
-        np.zeros((n, 0, c))
-        if S is None
-        else np.broadcast_to(S, (n, len(fit), c)) / problem.sigma[:, None, :]
-    )
-    return dictionary.peaks(dictionary.gains(fit.residual, columns, weight), o.candidates)
-
-
-def add(problem: Problem, fit: Fit, position: NDArray, o: Options) -> Fit:
-    """One more light: all intensities linearly, then everything by a few steps."""
-    positions = np.concatenate([fit.lights.positions, position[None]])
-    lights = PointLights(positions, intensities(problem, positions))
-    return refine(problem, lights, o.outlier, o.quick)
+    columns = np.zeros((n, 0, c))
+    if len(fit):
+        S = shading(problem.surfels, fit.lights.positions, problem.geometry)
+        columns = np.broadcast_to(S, (n, len(fit), c)) / problem.sigma[:, None, :]
+    weight = 1 / (1 + np.square(fit.residual / scale))  # Cauchy's
+    gains = dictionary.gains(fit.residual, columns, weight)
+    for p in dictionary.peaks(gains, o.candidates):
+        positions = np.concatenate([fit.lights.positions, p[None]])
+        yield PointLights(positions, intensities(problem, positions))
 
 
 def distinct(fits: list[Fit], most: int, dictionary: Dictionary) -> list[Fit]:
@@ -109,24 +122,27 @@ def distinct(fits: list[Fit], most: int, dictionary: Dictionary) -> list[Fit]:
 
 def prune(problem: Problem, fit: Fit, o: Options) -> Fit:
     """Drop lights, faintest first, without which the fit is not significantly worse."""
-    for position in fit.lights.brightest_first().positions[::-1]:
+    for light in np.argsort(fit.lights.intensities.mean(axis=1)):
         if len(fit) == 1:
             break
-        keep = np.linalg.norm(fit.lights.positions - position, axis=1) > 0
-        rest = fit.lights.positions[keep]
-        without = refine(
-            problem, PointLights(rest, intensities(problem, rest)), o.outlier, o.thorough
-        )
+        rest = np.delete(fit.lights.positions, light, axis=0)
+        start = PointLights(rest, intensities(problem, rest))
+        without = refine(problem, start, o.outlier, o.thorough)
         if not significant(without, fit, o):
-            fit = without
+            return prune(problem, without, o)
     return fit
+
+
+def parameters(lights: int, fit: Fit) -> int:
+    """Free numbers of that many lights: a position, and an intensity a channel."""
+    return lights * (3 + fit.residual.shape[1])
 
 
 def significant(fewer: Fit, more: Fit, o: Options) -> bool:
     """Whether ``more`` lowers chi-square by more than its new parameters would by chance."""
     noise = max(1.0, more.cost / more.residual.size)
-    parameters = (len(more) - len(fewer)) * (3 + more.residual.shape[1])
-    return fewer.cost - more.cost > o.significant * noise * max(parameters, 1)
+    new = parameters(max(1, len(more) - len(fewer)), more)
+    return fewer.cost - more.cost > o.significant * noise * new
 
 
 def is_explained(fit: Fit, problem: Problem, o: Options) -> bool:

@@ -121,13 +121,13 @@ def shading_gradient(
     """S(q, p) and dS/dp at (k, 3) positions: (n, k, c) and (n, k, c, 3).
 
     Derivatives by forward automatic differentiation through the BRDF, whatever it is; V is held
-    constant, as it is everywhere but on a shadow's edge.
+    constant, as it is everywhere but on a shadow's edge, and the gradient is 0 where S is.
     """
     s = q if isinstance(q, Surfels) else surfels(q)
     f = types()
     values, gradients = [], []
     for i, p, k in _pairs(s.n, positions):
-        plain = unoccluded(s, i, p)
+        plain = dr.detach(unoccluded(s, i, p))
         seen = visible(s, i, p, geometry)
         along = []
         for axis in range(3):
@@ -137,8 +137,8 @@ def shading_gradient(
             value = unoccluded(s, i, moved)
             dr.set_grad(t, 1)
             dr.forward_to(value)
-            along.append(dr.select(seen, dr.grad(value), 0))
-        plain = dr.select(seen, dr.detach(plain), 0)
+            along.append(dr.select(seen & (plain > 0), dr.grad(value), 0))
+        plain = dr.select(seen, plain, 0)
         dr.eval(plain, along)
         size = s.n * k
         values.append(channels_last(plain, size).reshape(k, s.n, -1))

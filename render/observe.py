@@ -10,6 +10,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from lightloc.brdf import Mixed
 from lightloc.observations import Observations, SceneMaterial
@@ -21,6 +22,8 @@ Transport = Literal["direct", "full"]
 PROBE_SHARE = 1e-3  # a probe starts this share of the room's diagonal off the surface
 CLEARANCE = 0.02  # the viewer stands at least this share of the diagonal away
 LANES = 1 << 21  # samples in one wavefront of the path integrator
+POOL = 16  # neighbours whose standard errors are pooled
+FACING = 0.1  # of the diagonal: how far apart opposite normals count as
 ROUNDS = 64  # attempts at placing points before a scene counts as unobservable
 
 
@@ -30,7 +33,7 @@ def observe(
     points: int = 4096,
     spp: int = 256,
     seed: int = 0,
-    transport: Transport = "direct",
+    transport: Transport = "full",
     noise: float = 0.0,
     shapes: Sequence[str] | None = None,
 ) -> Observations:
@@ -59,11 +62,13 @@ def observe(
     if transport == "full":
         more, sigma = indirect(room, si, spp, seed)
         B = B + more
-    q = observations(si, B, sigma, room)
+    q = observations(si, B, sigma, room, interreflected=transport == "full")
     return add_noise(q, noise, seed) if noise else q
 
 
-def observations(si: Any, B: NDArray, sigma: NDArray, room: Room) -> Observations:
+def observations(
+    si: Any, B: NDArray, sigma: NDArray, room: Room, interreflected: bool = False
+) -> Observations:
     """Observations at surface interactions, grey where lights and materials are."""
     material = material_at(si)
     if room.lights.channels == 1 and material.channels == 1:
@@ -72,7 +77,13 @@ def observations(si: Any, B: NDArray, sigma: NDArray, room: Room) -> Observation
     n = _numpy(si.sh_frame.n)
     n = n * np.where((n * w).sum(axis=1, keepdims=True) < 0, -1.0, 1.0)
     return Observations(
-        positions=_numpy(si.p), normals=n, directions=w, radiance=B, sigma=sigma, material=material
+        positions=_numpy(si.p),
+        normals=n,
+        directions=w,
+        radiance=B,
+        sigma=sigma,
+        material=material,
+        interreflected=interreflected,
     )
 
 
@@ -147,7 +158,18 @@ def indirect(room: Room, si: Any, spp: int, seed: int) -> tuple[NDArray, NDArray
         m, m2 = np.array(sums, float).T / spp, np.array(squares, float).T / spp
         mean[first : first + count] = m
         error[first : first + count] = np.sqrt(np.maximum(m2 - m * m, 0) / (spp - 1))
-    return mean, error
+    return mean, _pooled(error, _numpy(si.p), _numpy(si.sh_frame.n), room.diagonal)
+
+
+def _pooled(error: NDArray, x: NDArray, n: NDArray, diagonal: float) -> NDArray[np.float64]:
+    """Root mean square of the standard errors over points that lie nearby and face alike.
+
+    A point's own estimate rises and falls with its samples: a fit weighted by it trusts low
+    values most, which pulled intensities down by 2 to 5 % (measured, 256 spp).
+    """
+    features = np.concatenate([x, FACING * diagonal * n], axis=1)
+    _, near = cKDTree(features).query(features, k=min(POOL, len(x)))
+    return np.sqrt(np.square(error[near.reshape(len(x), -1)]).mean(axis=1))
 
 
 def _viewed_points(

@@ -1,0 +1,214 @@
+"""Photograph a room through its own sensor: the second source of observations."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+from numpy.typing import NDArray
+
+from render.material import material_at
+from render.observe import LANES, Transport, direct, indirect
+from render.room import Room
+from render.view import NOTHING, View, appearance
+
+GRID = 4  # a pixel's footprint is examined, and averaged, on this many rays squared
+SMOOTH = 0.1  # rad: a smooth footprint bends by less, and is seen at more than this angle
+SAME_BRDF = 0.02  # within one footprint the BRDF may vary by this share
+TINY = 1e-6  # share of the diagonal that is lost in rounding
+
+
+def photograph(
+    room: Room,
+    *,
+    sensor: int = 0,
+    width: int | None = None,
+    height: int | None = None,
+    spp: int = 64,
+    seed: int = 0,
+    transport: Transport = "direct",
+) -> View:
+    """What the room's camera sees, layer by layer.
+
+    The radiance of a pixel is B at the point that the ray through the pixel's centre hits, so
+    that it belongs to the position, normal and BRDF beside it, and with direct light is exact
+    up to a shadow's edge. `View.film` is the average over the pixel, as a film records it.
+
+    Args:
+        sensor: which of the scene's sensors; it must be a ``perspective`` one (a pinhole).
+        width, height: pixels; the sensor's own where None. Pixels stay as wide as they are
+            high: one of the two keeps the picture's proportions, and both keep its horizontal
+            field of view.
+        spp: path samples a pixel for the indirect part (``transport="full"``).
+        seed: of everything random here; same seed, same bytes, for any number of threads.
+        transport: "direct" is exact, light by light; "full" adds all interreflection.
+
+    Raises:
+        ValueError: an argument is out of range, or the sensor does not exist or is no pinhole.
+    """
+    if spp < 2 or transport not in ("direct", "full"):
+        raise ValueError(
+            "photograph expects spp >= 2 and transport 'direct' or 'full'; "
+            f"got {spp}, '{transport}'"
+        )
+    pixels = _pixels(room, sensor, width, height)
+    si = room.scene.ray_intersect(pixels.rays(dr.arange(mi.UInt32, pixels.count)))
+    dr.eval(si)
+    B, sigma = direct(room, si).copy(), np.zeros((pixels.count, 3))
+    pure, film = np.zeros(pixels.count, bool), np.zeros((pixels.count, 3))
+    for block in pixels.blocks():
+        pure[block], film[block] = _footprint(room, pixels, block, si)
+    if transport == "full":
+        more, sigma = indirect(room, si, spp, seed)
+        B = B + more
+        film += more
+        mixed = np.flatnonzero(~pure)
+        for first, block in enumerate(np.array_split(mixed, _blocks(len(mixed)))):
+            film[block] += _mean_indirect(room, pixels, block, spp, seed + 1 + first) - more[block]
+    shape = _shape_index(room, si)
+    hit = shape != NOTHING
+
+    def layer(values: NDArray) -> NDArray:
+        empty = hit.reshape(-1, *[1] * (values.ndim - 1))
+        return np.where(empty, values, 0).reshape(pixels.height, pixels.width, *values.shape[1:])
+
+    albedo, roughness = np.zeros((pixels.count, 3)), np.zeros(pixels.count)
+    if hit.any():
+        seen = dr.gather(mi.SurfaceInteraction3f, si, mi.UInt32(np.flatnonzero(hit)))
+        albedo[hit], roughness[hit] = appearance(material_at(seen), int(hit.sum()))
+    return View(
+        radiance=layer(B),
+        variance=layer(sigma**2),
+        position=layer(_numpy(si.p)),
+        normal=layer(_numpy(_towards(si.sh_frame.n, si))),
+        albedo=layer(albedo),
+        roughness=layer(roughness),
+        shape=shape.reshape(pixels.height, pixels.width),
+        pure=layer(pure),
+        film=film.reshape(pixels.height, pixels.width, 3),
+        camera=pixels.pinhole,
+    )
+
+
+@dataclass(frozen=True)
+class _Pixels:
+    """The pixels of a sensor, counted row by row from the top left."""
+
+    sensor: Any
+    width: int
+    height: int
+    rows_per_column: float  # heights of the film, as a share, to one pixel of its width
+
+    @property
+    def count(self) -> int:
+        return self.width * self.height
+
+    @property
+    def pinhole(self) -> NDArray:
+        return np.array(self.sensor.world_transform().translation(), float).ravel()
+
+    def blocks(self) -> Iterator[NDArray]:
+        yield from np.array_split(np.arange(self.count), _blocks(self.count))
+
+    def rays(self, pixel: Any, across: Any = 0.5, down: Any = 0.5) -> Any:
+        """Rays through a place in each pixel, (0.5, 0.5) being its centre."""
+        row = pixel // self.width
+        column = pixel - row * self.width
+        u = (mi.Float(column) + across) / self.width
+        v = 0.5 + (mi.Float(row) + down - 0.5 * self.height) * self.rows_per_column
+        ray, _ = self.sensor.sample_ray(0.0, 0.0, mi.Point2f(u, v), mi.Point2f(0.5))
+        return ray
+
+    def footprints(self, block: NDArray) -> tuple[Any, Any]:
+        """GRID x GRID rays spread over each of some pixels, and the pixel of each ray."""
+        lane = dr.arange(mi.UInt32, len(block) * GRID**2)
+        pixel = dr.gather(mi.UInt32, mi.UInt32(block), lane // GRID**2)
+        cell = lane % GRID**2
+        across, down = mi.Float(cell % GRID), mi.Float(cell // GRID)
+        return self.rays(pixel, (across + 0.5) / GRID, (down + 0.5) / GRID), pixel
+
+
+def _pixels(room: Room, sensor: int, width: int | None, height: int | None) -> _Pixels:
+    sensors = room.scene.sensors()
+    if not 0 <= sensor < len(sensors):
+        raise ValueError(f"{room.path}: has no sensor {sensor} (it has {len(sensors)})")
+    chosen = sensors[sensor]
+    if chosen.class_name() != "PerspectiveCamera":
+        raise ValueError(
+            f"{room.path}: sensor {sensor} is a {chosen.class_name()}; expected a perspective one"
+        )
+    columns, rows = (int(side) for side in chosen.film().crop_size())
+    for name, side in (("width", width), ("height", height)):
+        if side is not None and side < 1:
+            raise ValueError(f"photograph expects a {name} of at least 1 pixel; got {side}")
+    if width is None:
+        width = columns if height is None else max(1, round(height * columns / rows))
+    if height is None:
+        height = max(1, round(width * rows / columns))
+    return _Pixels(chosen, width, height, columns / (rows * width))
+
+
+def _footprint(room: Room, pixels: _Pixels, block: NDArray, centre: Any) -> tuple[Any, Any]:
+    """Of some pixels: whether each is pure (n,), and its mean direct radiance (n, 3)."""
+    ray, pixel = pixels.footprints(block)
+    si = room.scene.ray_intersect(ray)
+    dr.eval(si)
+    c = dr.gather(mi.SurfaceInteraction3f, centre, pixel)
+    n, away = _towards(c.sh_frame.n, c), si.p - c.p
+    bend = dr.norm(_towards(si.sh_frame.n, si) - n)
+    leave = dr.abs(dr.dot(n, away)) - SMOOTH * dr.norm(away)
+    same = si.is_valid() & c.is_valid() & (si.shape == c.shape)
+    same &= (bend < SMOOTH) & (leave < TINY * room.diagonal)
+    same &= dr.dot(n, c.to_world(c.wi)) > SMOOTH  # else the footprint is long and thin
+    f, g = _fingerprint(si), _fingerprint(c)
+    same &= dr.max(dr.abs(f - g)) <= SAME_BRDF * dr.max(g)
+    same &= (mi.Frame3f.cos_theta(c.wi) > 0) | mi.has_flag(c.bsdf().flags(), mi.BSDFFlags.BackSide)
+    B = np.where(np.array(si.is_valid())[:, None], direct(room, si), 0)
+    pure = np.array(same).reshape(-1, GRID**2).all(axis=1)
+    return pure, B.reshape(-1, GRID**2, 3).mean(axis=1)
+
+
+def _mean_indirect(
+    room: Room, pixels: _Pixels, block: NDArray, spp: int, seed: int
+) -> NDArray[np.float64]:
+    """Indirect radiance averaged over pixels that are not one surface, (n, 3)."""
+    ray, _ = pixels.footprints(block)
+    si = room.scene.ray_intersect(ray)
+    dr.eval(si)
+    B, _ = indirect(room, si, max(2, spp // GRID**2), seed)
+    return B.reshape(-1, GRID**2, 3).mean(axis=1)
+
+
+def _fingerprint(si: Any) -> Any:
+    """The BRDF seen and lit from straight above: it tells materials and textures apart."""
+    above = mi.SurfaceInteraction3f(si)
+    above.wi = mi.Vector3f(0, 0, 1)
+    return si.bsdf().eval(mi.BSDFContext(), above, above.wi)
+
+
+def _towards(n: Any, si: Any) -> Any:
+    """The normal on the side that is seen."""
+    return dr.select(dr.dot(n, si.to_world(si.wi)) < 0, -n, n)
+
+
+def _shape_index(room: Room, si: Any) -> NDArray[np.int32]:
+    """The place in the scene's list of each shape that was hit, `NOTHING` where none was."""
+    number = np.array(dr.reinterpret_array(mi.UInt32, si.shape))
+    index = np.full(len(number), NOTHING, np.int32)
+    for place, shape in enumerate(room.scene.shapes()):
+        own = dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shape))
+        index[number == int(own[0])] = place
+    index[~np.array(si.is_valid())] = NOTHING
+    return index
+
+
+def _blocks(pixels: int) -> int:
+    return max(1, -(-pixels * GRID**2 // LANES))
+
+
+def _numpy(v: Any) -> NDArray[np.float64]:
+    return np.array(v, dtype=np.float64).T

@@ -1,0 +1,212 @@
+"""A camera's view: what each pixel shows, and how bright; a pixel is an observation q."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lightloc.brdf import BRDF, Conductor, Lambert, Mixed, Plastic
+from lightloc.checks import array
+from lightloc.observations import Observations
+from render.material import GREY, material_at
+from render.observe import probe
+from render.room import Room
+
+DIFFUSE = 0.0  # roughness of a surface that is Lambert: it has no lobe to be rough
+OTHER = -1.0  # roughness where the BSDF is none of lightloc's; only the scene knows it
+NOTHING = -1  # shape index where the ray leaves the scene
+MATCH = 1e-4  # a pixel shows a room if the room's surface is this share of its diagonal away
+SAME = 1e-3  # albedo and roughness of a view and its room may differ by this much
+
+
+@dataclass(frozen=True)
+class View:
+    """Layers of (height, width) pixels; each but ``film`` is for the ray through its centre.
+
+    Args (all by keyword; kept as read-only float32 arrays, but for shape and pure):
+        radiance: (h, w, 3) B towards the camera, W sr^-1 m^-2, linear RGB, at least 0.
+        variance: (h, w, 3) of the mean ``radiance``, its unit squared; 0 where that is exact.
+        position: (h, w, 3) metres.
+        normal: (h, w, 3) unit shading normal on the side that is seen.
+        albedo: (h, w, 3) of the diffuse part; 0 for metal.
+        roughness: (h, w) GGX alpha; `DIFFUSE` (0) for Lambert, `OTHER` (-1) for an unknown BSDF.
+        shape: (h, w) int32, the shape's place in the scene; `NOTHING` (-1) where the ray misses,
+            and there the other layers are 0.
+        pure: (h, w) bool, whether the pixel's whole footprint is one smooth piece of one surface
+            with one BRDF. A mixed pixel is no observation.
+        film: (h, w, 3) radiance averaged over the pixel (box filter): the picture to look at.
+        camera: (3,) the pinhole, metres.
+
+    Raises:
+        ValueError: a shape does not fit, a value is not finite or out of range.
+    """
+
+    radiance: NDArray[np.float32]
+    variance: NDArray[np.float32]
+    position: NDArray[np.float32]
+    normal: NDArray[np.float32]
+    albedo: NDArray[np.float32]
+    roughness: NDArray[np.float32]
+    shape: NDArray[np.int32]
+    pure: NDArray[np.bool_]
+    film: NDArray[np.float32]
+    camera: NDArray[np.float32]
+
+    def __init__(
+        self,
+        *,
+        radiance: ArrayLike,
+        variance: ArrayLike,
+        position: ArrayLike,
+        normal: ArrayLike,
+        albedo: ArrayLike,
+        roughness: ArrayLike,
+        shape: ArrayLike,
+        pure: ArrayLike,
+        film: ArrayLike,
+        camera: ArrayLike,
+    ) -> None:
+        first = array("View.radiance", radiance, (None, None, 3), least=0.0)
+        h, w = first.shape[:2]
+        colour, scalar = (h, w, 3), (h, w)
+        index = array("View.shape", shape, scalar, least=NOTHING)
+        whole = array("View.pure", pure, scalar, least=0.0, most=1.0)
+        for name, values in (("shape", index), ("pure", whole)):
+            if (values % 1).any():
+                raise ValueError(f"View.{name} holds fractions; expected whole numbers")
+        self._put("radiance", first)
+        self._put("variance", array("View.variance", variance, colour, least=0.0))
+        self._put("position", array("View.position", position, colour))
+        self._put("normal", array("View.normal", normal, colour, least=-1.0 - SAME, most=1 + SAME))
+        self._put("albedo", array("View.albedo", albedo, colour, least=0.0))
+        self._put("roughness", array("View.roughness", roughness, scalar, least=OTHER))
+        self._put("shape", index, np.int32)
+        self._put("pure", whole, np.bool_)
+        self._put("film", array("View.film", film, colour, least=0.0))
+        self._put("camera", array("View.camera", camera, (3,)))
+
+    def _put(self, name: str, value: NDArray, kind: type = np.float32) -> None:
+        value = value.astype(kind)
+        value.setflags(write=False)
+        object.__setattr__(self, name, value)
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """(width, height) in pixels."""
+        height, width = self.radiance.shape[:2]
+        return width, height
+
+    @property
+    def used(self) -> NDArray[np.bool_]:
+        """(h, w): the pixels that become observations, in this order, row by row."""
+        return self.pure & (self.shape != NOTHING)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, View) and all(
+            np.array_equal(getattr(self, field.name), getattr(other, field.name))
+            for field in fields(self)
+        )
+
+
+def observe_view(
+    view: View | str | Path, room: Room | None = None, material: BRDF | None = None
+) -> Observations:
+    """The observations that a view holds: each pure pixel a q, row by row; see `View.used`.
+
+    Args:
+        view: from `photograph`, or the path of an EXR file that `write_exr` wrote.
+        room: the scene it shows, whose BRDFs the observations get. Without it the view's own
+            layers must do, which is enough where every surface is Lambert.
+        material: a BRDF to use for all pixels instead.
+
+    Returns observations with one channel where radiance and BRDFs are grey.
+
+    Raises:
+        ValueError: the file can't be read (see `read_exr`), no pixel is pure, the room is not the
+            one that the view shows, or there is neither a room nor a material and a surface is
+            not Lambert.
+    """
+    name = "the view"
+    if not isinstance(view, View):
+        from render.exr import read_exr  # which makes views
+
+        name, view = str(view), read_exr(view)
+    used = view.used
+    if not used.any():
+        raise ValueError(f"{name}: no pixel shows one smooth surface; expected at least one")
+    x, B = view.position[used].astype(float), view.radiance[used].astype(float)
+    w = view.camera - x
+    if material is None:
+        material = _from_layers(name, view) if room is None else _from_room(name, view, room, w)
+    spread = np.ptp(B, axis=1).max()
+    c = 1 if material.channels == 1 and spread <= GREY * B.max() else 3
+    return Observations(
+        positions=x,
+        normals=view.normal[used],
+        directions=w,
+        radiance=B[:, :c],
+        sigma=np.sqrt(view.variance[used].astype(float))[:, :c],
+        material=material,
+    )
+
+
+def appearance(material: BRDF, n: int) -> tuple[NDArray, NDArray]:
+    """The albedo (n, 3) and roughness (n,) layers of a BRDF at n points."""
+    albedo, roughness = np.zeros((n, 3)), np.full(n, OTHER)
+    parts = material.brdfs if isinstance(material, Mixed) else (material,)
+    index = material.index if isinstance(material, Mixed) else np.zeros(n, int)
+    for b, part in enumerate(parts):
+        here = index == b
+        if isinstance(part, Lambert):
+            albedo[here] = np.broadcast_to(part.albedo, (n, 3))[here]
+            roughness[here] = DIFFUSE
+        elif isinstance(part, Plastic):
+            albedo[here] = np.broadcast_to(part.diffuse, (n, 3))[here]
+        if isinstance(part, Plastic | Conductor):
+            roughness[here] = np.broadcast_to(part.alpha[:, 0], n)[here]
+    return albedo, roughness
+
+
+def _from_layers(name: str, view: View) -> BRDF:
+    glossy = view.used & (view.roughness != DIFFUSE)
+    if glossy.any():
+        row, column = np.argwhere(glossy)[0]
+        raise ValueError(
+            f"{name}: the surface in row {row}, column {column} is not diffuse, so its BRDF is "
+            "known to the scene alone; name the scene as well"
+        )
+    albedo = view.albedo[view.used].astype(float)
+    grey = np.ptp(albedo, axis=1).max() <= GREY * albedo.max()
+    return Lambert(albedo=albedo[:, :1] if grey else albedo)
+
+
+def _from_room(name: str, view: View, room: Room, w: NDArray) -> BRDF:
+    """The room's BRDFs at the view's points, once it is sure that the view shows this room."""
+    x = view.position[view.used].astype(float)
+    si = probe(room, x, w / np.linalg.norm(w, axis=1, keepdims=True))
+    off = np.linalg.norm(np.array(si.p, float).T - x, axis=1)
+    off[~np.array(si.is_valid())] = np.inf
+    _refuse(name, view, room, off > MATCH * room.diagonal, "no surface")
+    material = material_at(si)
+    albedo, roughness = appearance(material, len(x))
+    _refuse(
+        name,
+        view,
+        room,
+        (np.abs(albedo - view.albedo[view.used]) > SAME).any(axis=1)
+        | (np.abs(roughness - view.roughness[view.used]) > SAME),
+        "another albedo or roughness",
+    )
+    return material
+
+
+def _refuse(name: str, view: View, room: Room, bad: NDArray, what: str) -> None:
+    if bad.any():
+        row, column = np.argwhere(view.used)[int(np.argmax(bad))]
+        raise ValueError(
+            f"{name}: does not show {room.path}, which has {what} where row {row}, "
+            f"column {column} looks (were other parameters used?)"
+        )
