@@ -53,6 +53,15 @@ class Grid:
         ]
         return Grid(lower, upper, (shape[0], shape[1], shape[2]))
 
+    @staticmethod
+    def around(centre: ArrayLike, reach: ArrayLike, bounds: ArrayLike, cells: int) -> Grid:
+        """``cells`` along each axis within ``reach`` of a centre, cut off at the bounds."""
+        low, high = np.asarray(bounds, float)
+        lower = np.clip(np.asarray(centre) - reach, low, high)
+        upper = np.clip(np.asarray(centre) + reach, low, high)
+        x, y, z = (cells if size > 0 else 1 for size in upper - lower)
+        return Grid(lower, upper, (x, y, z))
+
     @property
     def step(self) -> NDArray[np.float64]:
         """(3,) distance between neighbours, metres."""

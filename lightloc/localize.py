@@ -58,6 +58,7 @@ def localize(
         if geometry is None:
             raise ValueError("interreflected light can't be removed without the geometry")
         q = remove_indirect(q, geometry, seed)
+        o = replace(o, shared=o.after_removal)
     region = array("bounds", q.bounds if bounds is None else bounds, (2, 3))
     some = np.sort(np.random.default_rng(seed).permutation(len(q))[: o.sample])
     whole = Problem.of(q, working_sigma(q, o), geometry, region)
@@ -79,7 +80,8 @@ def localize(
 def working_sigma(q: Observations, o: Options) -> NDArray[np.float64]:
     """The observations' standard errors with the arithmetic's own on top."""
     model = o.relative * np.abs(q.radiance) + o.absolute * np.abs(q.radiance).mean()
-    return np.maximum(np.hypot(q.sigma, model), np.finfo(float).tiny)
+    floor = np.maximum(o.dark * np.median(q.sigma, axis=0), np.finfo(float).tiny)
+    return np.maximum(np.hypot(q.sigma, model), floor)
 
 
 def search_sigma(problem: Problem, o: Options) -> NDArray[np.float64]:

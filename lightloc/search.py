@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lightloc.candidates import Dictionary
+from lightloc.fields import Grid
 from lightloc.lights import PointLights
 from lightloc.result import Step
 from lightloc.shading import shading
@@ -22,6 +23,8 @@ class Options:
     cells: int = 12_000  # 0.2 m apart in a room of 100 m^3: under a glossy lobe's width
     sample: int = 1024  # observations that the search looks at; the last polish sees all
     candidates: int = 4  # peaks of the gain that are refined before one is chosen
+    zooms: int = 2  # finer grids about a peak, so that a shadow's edge starts on its right side
+    zoom: int = 5  # cells along each axis of such a grid
     beam: int = 3  # hypotheses kept when the first pass leaves a residual
     quick: int = 12  # evaluations to judge a candidate
     thorough: int = 60  # evaluations to polish a hypothesis
@@ -30,6 +33,10 @@ class Options:
     search_noise: float = 0.02  # k of section 6.1, added while lights are still missing
     typical: float = 0.95  # share of the residuals that the loss takes as they are meanwhile
     outlier: float = 5.0  # standard errors beyond which a residual counts less and less
+    dark: float = 0.1  # of the median standard error: none is smaller (no sensor is exact)
+    shared: float = 0.0  # least gain in chi-square a residual, where errors are shared by
+    # neighbours and do not average out; `after_removal` once indirect light was removed
+    after_removal: float = 0.08
     significant: float = 12.0  # least gain in chi-square a new parameter, in units of the noise
     silent: float = 0.1  # robust chi-square a residual below which nothing is left to find
     explained: float = 1.3  # robust chi-square a residual that counts as the noise's floor
@@ -69,8 +76,8 @@ def grow(
             key=lambda fit: fit.cost,
         )
         history.append(Step("add", len(sharp), sharp.cost / tight.rows))
-        worse = before - hypotheses[0].cost < o.significant * parameters(1, sharp)
-        if worse and not significant(best, sharp, o):
+        gain = before - hypotheses[0].cost
+        if gain < least_gain(1, hypotheses[0], o) and not significant(best, sharp, o):
             break
         if sharp.cost < best.cost:
             best = sharp
@@ -88,16 +95,64 @@ def starts(
     problem: Problem, dictionary: Dictionary, fit: Fit, scale: float, o: Options
 ) -> Iterator[PointLights]:
     """The present lights with one more where it gains most; all intensities solved linearly."""
-    n, c = problem.radiance.shape
-    columns = np.zeros((n, 0, c))
-    if len(fit):
-        S = shading(problem.surfels, fit.lights.positions, problem.geometry)
-        columns = np.broadcast_to(S, (n, len(fit), c)) / problem.sigma[:, None, :]
+    columns = whitened(problem, fit.lights)
     weight = 1 / (1 + np.square(fit.residual / scale))  # Cauchy's
     gains = dictionary.gains(fit.residual, columns, weight)
-    for p in dictionary.peaks(gains, o.candidates):
+    for peak in dictionary.peaks(gains, o.candidates):
+        p = zoomed(problem, peak, dictionary.grid.step, fit.residual, columns, weight, o)
         positions = np.concatenate([fit.lights.positions, p[None]])
         yield PointLights(positions, intensities(problem, positions))
+
+
+def relocate(problem: Problem, fit: Fit, reach: NDArray, scale: float, o: Options) -> Fit:
+    """Lift each light out and put it back where it gains most nearby, past shadow edges.
+
+    A derivative knows nothing of shadows: where a fit stalls at an edge, looking does not.
+    """
+    for light in range(len(fit)):
+        if is_explained(fit, problem, o):
+            break
+        columns = whitened(problem, fit.lights)
+        I = fit.lights.intensities[light]
+        without = fit.residual + columns[:, light] * I
+        weight = 1 / (1 + np.square(fit.residual / scale))
+        others = np.delete(columns, light, axis=1)
+        p = fit.lights.positions[light]
+        p = zoomed(problem, p, reach, without, others, weight, o)
+        positions = fit.lights.positions.copy()
+        positions[light] = p
+        moved = PointLights(positions, intensities(problem, positions))
+        moved_fit = refine(problem, moved, scale, o.thorough)
+        if moved_fit.cost < fit.cost:
+            fit = moved_fit
+    return fit
+
+
+def whitened(problem: Problem, lights: PointLights) -> NDArray:
+    """S / sigma of lights: (n, k, c)."""
+    n, c = problem.radiance.shape
+    if not len(lights):
+        return np.zeros((n, 0, c))
+    S = shading(problem.surfels, lights.positions, problem.geometry)
+    return np.broadcast_to(S, (n, len(lights), c)) / problem.sigma[:, None, :]
+
+
+def zoomed(
+    problem: Problem,
+    p: NDArray,
+    reach: NDArray,
+    residual: NDArray,
+    columns: NDArray,
+    weight: NDArray,
+    o: Options,
+) -> NDArray:
+    """The position of largest gain within ``reach`` of p, on grids that grow finer."""
+    for _ in range(o.zooms):
+        grid = Grid.around(p, reach, problem.bounds, o.zoom)
+        near = Dictionary.over(problem, grid)
+        p = near.points[np.argmax(near.gains(residual, columns, weight))]
+        reach = grid.step
+    return p
 
 
 def distinct(fits: list[Fit], most: int, dictionary: Dictionary) -> list[Fit]:
@@ -133,16 +188,16 @@ def prune(problem: Problem, fit: Fit, o: Options) -> Fit:
     return fit
 
 
-def parameters(lights: int, fit: Fit) -> int:
-    """Free numbers of that many lights: a position, and an intensity a channel."""
-    return lights * (3 + fit.residual.shape[1])
-
-
 def significant(fewer: Fit, more: Fit, o: Options) -> bool:
     """Whether ``more`` lowers chi-square by more than its new parameters would by chance."""
-    noise = max(1.0, more.cost / more.residual.size)
-    new = parameters(max(1, len(more) - len(fewer)), more)
-    return fewer.cost - more.cost > o.significant * noise * new
+    return fewer.cost - more.cost > least_gain(max(1, len(more) - len(fewer)), more, o)
+
+
+def least_gain(lights: int, fit: Fit, o: Options) -> float:
+    """Chi-square that so many further lights must gain."""
+    rows, channels = fit.residual.size, fit.residual.shape[1]
+    noise = max(1.0, fit.cost / rows)
+    return lights * noise * max(o.significant * (3 + channels), o.shared * rows)
 
 
 def is_explained(fit: Fit, problem: Problem, o: Options) -> bool:
