@@ -11,6 +11,7 @@ from lightloc.observations import Observations
 from lightloc.result import Localization, Reason
 from lightloc.search import Options
 from lightloc.shading import check_gradient, radiance, shading, shading_gradient
+from lightloc.voting import Votes, vote
 
 __version__ = "0.1.0"
 
@@ -31,6 +32,8 @@ __all__ = [  # in pipeline order
     "Grid",
     "intensity",
     "intensity_distance",
+    "vote",
+    "Votes",
     "localize",
     "Options",
     "Localization",

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import json
+import os
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -61,6 +64,36 @@ class PointLights:
         """The same lights in falling order of their mean intensity."""
         order = np.argsort(-self.intensities.mean(axis=1), kind="stable")
         return PointLights(self.positions[order], self.intensities[order])
+
+    def save(self, path: str | Path) -> None:
+        """Write JSON: ``{"lights": [{"position": [x, y, z], "intensity": [...]}, ...]}``."""
+        rows = [
+            {"position": p.tolist(), "intensity": I.tolist()}
+            for p, I in zip(self.positions, self.intensities, strict=True)
+        ]
+        path = Path(path)
+        part = path.with_name(path.name + ".part")
+        part.write_text(json.dumps({"lights": rows}, indent=1) + "\n")
+        os.replace(part, path)
+
+    @staticmethod
+    def load(path: str | Path) -> PointLights:
+        """Read what `save` wrote. Raises ValueError naming the file and the field."""
+        try:
+            rows = json.loads(Path(path).read_text())["lights"]
+            positions = [row["position"] for row in rows]
+            intensities = [row["intensity"] for row in rows]
+        except FileNotFoundError:
+            raise ValueError(f"{path}: no such file") from None
+        except (OSError, ValueError, KeyError, TypeError):
+            raise ValueError(
+                f'{path}: not a lights file; expected {{"lights": [{{"position": ..., '
+                '"intensity": ...}, ...]}'
+            ) from None
+        try:
+            return PointLights(positions, intensities)
+        except ValueError as error:
+            raise ValueError(f"{path}: {error}") from None
 
     def __str__(self) -> str:
         if not len(self):

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from numpy.typing import NDArray
+
 from lightloc.candidates import Dictionary
 from lightloc.fields import Grid
 from lightloc.lights import PointLights

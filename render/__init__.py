@@ -1,16 +1,25 @@
-"""render: load a Mitsuba scene, take its lights out, observe it."""
+"""render: load a Mitsuba scene, take its lights out, observe it. The only folder that sees it."""
 
-import lightloc.backend  # before anything else here: it chooses the LLVM library
-from render.observe import attach, observe
-from render.room import Room, SceneGeometry, load, relight, standard_scenes
+import lightloc.backend  # noqa: F401  (first: it chooses the LLVM library)
+from render.camera import photograph
+from render.exr import read_exr, write_exr
+from render.observe import attach, observe, remeasure
+from render.room import Room, SceneGeometry, load, relight, standard_scenes, triangles
+from render.view import View, observe_view
 
 __all__ = [
     "Room",
     "SceneGeometry",
+    "View",
     "attach",
-    "lightloc",
     "load",
     "observe",
+    "observe_view",
+    "photograph",
+    "read_exr",
     "relight",
+    "remeasure",
     "standard_scenes",
+    "triangles",
+    "write_exr",
 ]

@@ -68,6 +68,8 @@ def photograph(
         film += more
         mixed = np.flatnonzero(~pure)
         for first, block in enumerate(np.array_split(mixed, _blocks(len(mixed)))):
+            if not len(block):
+                continue  # every pixel is pure
             film[block] += _mean_indirect(room, pixels, block, spp, seed + 1 + first) - more[block]
     shape = _shape_index(room, si)
     hit = shape != NOTHING

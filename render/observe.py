@@ -66,6 +66,16 @@ def observe(
     return add_noise(q, noise, seed) if noise else q
 
 
+def remeasure(room: Room, q: Observations, *, spp: int = 256, seed: int = 0) -> Observations:
+    """B at the points and directions of ``q`` in a room that is lit otherwise, without noise."""
+    si = probe(room, q.positions, q.directions)
+    B, sigma = direct(room, si), np.zeros((len(q), 3))
+    if q.interreflected:
+        more, sigma = indirect(room, si, spp, seed)
+        B = B + more
+    return q.with_radiance(B[:, : q.channels], sigma[:, : q.channels])
+
+
 def observations(
     si: Any, B: NDArray, sigma: NDArray, room: Room, interreflected: bool = False
 ) -> Observations:

@@ -17,6 +17,7 @@ from lightloc.lights import PointLights
 from render.variant import use_mitsuba
 
 GREY = 1e-6  # channels that differ by less than this share are one channel
+TESSELLATION = 33  # nodes along u and v of a curved shape, for pictures
 SHADOW_EPSILON = 8.9e-4  # share of a shadow ray left out at its far end, as in Mitsuba
 
 
@@ -140,6 +141,35 @@ def relight(room: Room, lights: PointLights) -> Room:
     return Room(room.name, room.path, room.parameters, scene, lights, SceneGeometry(scene))
 
 
+def triangles(room: Room) -> tuple[np.ndarray, np.ndarray]:
+    """All surfaces as triangles: vertices (v, 3) in metres, faces (f, 3)."""
+    vertices, faces, first = [], [], 0
+    for shape in room.scene.shapes():
+        mesh = shape if shape.is_mesh() else None
+        if mesh is None or "vertex_positions" not in mi.traverse(shape):
+            v, t = _tessellated(shape)
+        else:
+            values = mi.traverse(mesh)
+            v = np.array(values["vertex_positions"]).reshape(-1, 3)
+            t = np.array(values["faces"]).reshape(-1, 3)
+        vertices.append(v)
+        faces.append(t + first)
+        first += len(v)
+    return np.concatenate(vertices), np.concatenate(faces)
+
+
+def _tessellated(shape: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Triangles over the (u, v) square of a shape that keeps no vertices."""
+    n = 2 if "Rectangle" in shape.class_name() else TESSELLATION
+    u, v = np.meshgrid(np.linspace(0, 1, n), np.linspace(0, 1, n))
+    uv = mi.Point2f(np.stack([u.ravel(), v.ravel()]).clip(1e-4, 1 - 1e-4))
+    vertices = np.array(shape.eval_parameterization(uv).p).T
+    corner = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).ravel()
+    lower = np.stack([corner, corner + 1, corner + n], axis=1)
+    upper = np.stack([corner + 1, corner + n + 1, corner + n], axis=1)
+    return vertices, np.concatenate([lower, upper])
+
+
 def _lights(scene: Any) -> PointLights:
     emitters = scene.emitters()
     for emitter in emitters:
@@ -150,15 +180,11 @@ def _lights(scene: Any) -> PointLights:
     if not emitters:
         raise ValueError("the scene has no point emitter; expected at least one light to hide")
     positions, intensities = [], []
-    anywhere = dr.zeros(mi.SurfaceInteraction3f, 1)
     for emitter in emitters:
-        sample, _ = emitter.sample_direction(anywhere, mi.Point2f(0.5))
-        positions.append(np.array(sample.p, float).ravel())
-        away = dr.squared_norm(sample.p - anywhere.p)  # weight is I / d^2
-        weight = mi.traverse(emitter)
-        key = next(k for k in weight.keys() if k.startswith("intensity"))  # noqa: SIM118
-        dr.eval(away)
-        intensities.append(np.broadcast_to(np.array(weight[key], float).ravel(), 3))
+        values = mi.traverse(emitter)
+        colour = next(key for key in values.keys() if key.startswith("intensity"))  # noqa: SIM118
+        positions.append(np.array(values["position"], float).ravel())
+        intensities.append(np.broadcast_to(np.array(values[colour], float).ravel(), 3))
     colours = np.array(intensities)
     spread = np.abs(colours - colours[:, :1]).max(initial=0)
     grey = not spread > GREY * np.abs(colours).max(initial=0)

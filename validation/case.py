@@ -1,0 +1,219 @@
+"""Run one case: load, observe, localize, judge. The child process of a suite.
+
+``python -m validation.case FOLDER`` reads the row as JSON from standard input and leaves
+result.json, observations.npz, room.npz, fields.npz, view.npz and view.exr in FOLDER.
+"""
+
+from __future__ import annotations
+
+import importlib.metadata
+import json
+import platform
+import resource
+import subprocess
+import sys
+import time
+from dataclasses import asdict
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import render
+from lightloc import Localization, Observations, PointLights, localize
+from render.room import Room
+from validation.match import RADIUS, Comparison, compare
+from validation.pictures import save_fields, save_room, save_view
+from validation.suite import SCHEMA, Case, fingerprint, write_json
+
+ROUNDING = 1e-5  # of the mean radiance: the error of an exact B, for z-scores of a re-render
+
+
+def run_case(case: Case, folder: Path, command: str) -> dict[str, Any]:
+    """Run one case and leave its files in ``folder``; returns the content of result.json."""
+    clock = _Clock()
+    room = render.load(case.scene, **case.parameters)
+    if case.lights:
+        table = np.array(case.lights)
+        room = render.relight(room, PointLights(table[:, :3], table[:, 3:]))
+    clock.lap("load")
+    seen = observe(case, room, case.seed)
+    seen.save(folder / "observations.npz")
+    clock.lap("observe")
+    found = localize(seen, room.geometry, seed=case.seed)
+    clock.lap("localize")
+    verdict = compare(found.lights, room.lights, room.diagonal)
+    again = rerender(case, room, seen, found.lights)
+    clock.lap("judge")
+    z = found.residual.mean(axis=1)
+    save_room(folder / "room.npz", room, seen, z)
+    save_fields(folder / "fields.npz", room, seen, found)
+    save_view(folder, room, found.lights, case.transport, case.seed)
+    clock.lap("pictures")
+    why = reasons(case, verdict)
+    result = {
+        "schema": SCHEMA,
+        **case.model_dump(
+            include={
+                *("name", "scene", "claim", "brdf", "transport", "noise", "gated"),
+                *("points", "spp", "seed", "parameters"),
+            }
+        ),
+        "alpha": case.alpha,
+        "outcome": ("failed" if why else "passed") if case.gated else "shown",
+        "why": why,
+        "limits": {
+            "position_percent": case.position_percent,
+            "intensity_percent": case.intensity_percent,
+            "radius_percent": 100 * RADIUS,
+        },
+        "diagonal": room.diagonal,
+        "lights": {"true": _true(room.lights), "found": _found(found)},
+        "comparison": _comparison(verdict),
+        "rerender": again,
+        "search": _search(found),
+        "seconds": clock.laps(),
+        "peak_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024,
+        "command": command,
+        "fingerprint": fingerprint(case),
+        "made": _made(),
+    }
+    write_json(folder / "result.json", result)
+    return result
+
+
+def observe(case: Case, room: Room, seed: int) -> Observations:
+    """The case's observations of a room."""
+    return render.observe(
+        room,
+        points=case.points,
+        spp=case.spp,
+        seed=seed,
+        transport=case.transport,
+        noise=case.noise,
+    )
+
+
+def reasons(case: Case, verdict: Comparison) -> list[str]:
+    """Why the verdict falls short of the row, a sentence each; empty where it holds."""
+    why = []
+    if not verdict.count_right:
+        why.append(f"{verdict.count_found} lights were found where there are {verdict.count_true}.")
+    why += [f"True light {i + 1} was missed." for i in verdict.missed]
+    why += [f"Found light {j + 1} is no true light." for j in verdict.ghosts]
+    for what, worst, limit in (
+        ("position", verdict.worst_position_percent, case.position_percent),
+        ("intensity", verdict.worst_intensity_percent, case.intensity_percent),
+    ):
+        if worst is not None and not worst <= limit:
+            why.append(f"The worst {what} is off by {worst:.3g} %; the row allows {limit:g} %.")
+    return why
+
+
+def rerender(
+    case: Case, room: Room, seen: Observations, lights: PointLights
+) -> dict[str, float] | None:
+    """Mitsuba's B from the found lights at the same points against B, as z-scores.
+
+    Both carry noise of their own (another seed for the second), and both count in z. Without
+    any noise, z is in units of `ROUNDING` of the mean.
+    """
+    if not len(lights):
+        return None
+    again = render.remeasure(
+        render.relight(room, lights), seen, spp=case.spp, seed=case.seed + 7919
+    )
+    mean = seen.radiance.mean()
+    sigma = np.sqrt(seen.sigma**2 + again.sigma**2 + (ROUNDING * mean) ** 2)
+    difference = again.radiance - seen.radiance
+    z = difference / sigma
+    return {
+        "z_mean": float(z.mean()),
+        "z_std": float(z.std()),
+        "relative_rms": float(np.sqrt(np.square(difference).mean()) / mean),
+    }
+
+
+class _Clock:
+    def __init__(self) -> None:
+        self.start = self.last = time.perf_counter()
+        self.parts: dict[str, float] = {}
+
+    def lap(self, name: str) -> None:
+        now = time.perf_counter()
+        self.parts[name], self.last = round(now - self.last, 3), now
+
+    def laps(self) -> dict[str, float]:
+        return {**self.parts, "total": round(time.perf_counter() - self.start, 3)}
+
+
+def _true(lights: PointLights) -> list[dict[str, Any]]:
+    return [
+        {"position": p.tolist(), "intensity": I.tolist()}
+        for p, I in zip(lights.positions, lights.intensities, strict=True)
+    ]
+
+
+def _found(found: Localization) -> list[dict[str, Any]]:
+    return [
+        {
+            **light,
+            "position_error": _finite(found.position_error[i]),
+            "intensity_error": _finite(found.intensity_error[i]),
+            "bound": _finite(found.bound[i]),
+        }
+        for i, light in enumerate(_true(found.lights))
+    ]
+
+
+def _finite(values: np.ndarray) -> list[float | None]:
+    return [float(v) if np.isfinite(v) else None for v in values]
+
+
+def _comparison(verdict: Comparison) -> dict[str, Any]:
+    return {
+        **asdict(verdict),
+        "count_right": verdict.count_right,
+        "precision": verdict.precision,
+        "recall": verdict.recall,
+        "worst_position_percent": verdict.worst_position_percent,
+        "worst_intensity_percent": verdict.worst_intensity_percent,
+    }
+
+
+def _search(found: Localization) -> dict[str, Any]:
+    return {
+        "reason": found.reason.name.lower(),
+        "message": found.reason.value,
+        "chi2_per_dof": found.chi2,
+        "history": [
+            {"step": step.action, "lights": step.lights, "chi2": step.chi2, "detail": ""}
+            for step in found.history
+        ],
+    }
+
+
+def _made() -> dict[str, Any]:
+    here = Path(__file__).resolve().parent
+    try:
+        git = subprocess.run(
+            ["git", "-C", str(here), "rev-parse", "--short", "HEAD"],
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        commit = git.stdout.strip() or None
+    except OSError:
+        commit = None
+    versions = {name: importlib.metadata.version(name) for name in ("lightloc", "mitsuba", "drjit")}
+    return {
+        "date": datetime.now(UTC).isoformat(timespec="seconds"),
+        "commit": commit,
+        "versions": {**versions, "python": platform.python_version()},
+    }
+
+
+if __name__ == "__main__":
+    order = json.loads(sys.stdin.read())
+    run_case(Case(**order["case"]), Path(sys.argv[1]), order["command"])

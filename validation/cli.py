@@ -1,0 +1,297 @@
+"""The command line. Heavy modules are imported inside the commands, so that --help is quick."""
+
+from __future__ import annotations
+
+import os
+import sys
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from validation.suite import Case
+
+PASSED, FAILED, BAD_INPUT = 0, 1, 2
+
+app = typer.Typer(
+    name="lightloc",
+    help="Find the point lights that light a room: how many, where, and how strong.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+
+
+class Transport(StrEnum):
+    direct = "direct"
+    full = "full"
+
+
+SCENE = Annotated[str, typer.Argument(help="A Mitsuba XML file, or the name of a standard scene.")]
+SET = Annotated[
+    list[str], typer.Option("--set", help="A value for a scene parameter, as alpha=0.2.")
+]
+
+
+@app.callback()
+def common(
+    debug: Annotated[bool, typer.Option(help="Show the traceback of an error.")] = False,
+) -> None:
+    if debug:
+        os.environ["LIGHTLOC_DEBUG"] = "1"
+
+
+@app.command("render")
+def render_command(
+    scene: SCENE,
+    out: Annotated[Path, typer.Option("--out", "-o", help="The .npz file to write.")] = Path(
+        "observations.npz"
+    ),
+    points: Annotated[int, typer.Option(help="How many surface points are observed.")] = 4096,
+    spp: Annotated[int, typer.Option(help="Path samples a point (full transport).")] = 256,
+    seed: int = 0,
+    transport: Transport = Transport.full,
+    noise: Annotated[float, typer.Option(help="k of the shot noise, as 0.01.")] = 0.0,
+    set_: SET = [],  # noqa: B006
+    view: Annotated[Path | None, typer.Option(help="Also write the camera's view, as EXR.")] = None,
+    lights: Annotated[Path | None, typer.Option(help="Also write the true lights, JSON.")] = None,
+) -> None:
+    """Render a scene and write what is seen of it (never its lights).
+
+    Example: lightloc render box_occluder -o seen.npz --lights truth.json
+    """
+    _writable(out, view, lights)
+    with _busy("rendering"):
+        import render
+
+        room = render.load(scene, **_parameters(set_))
+        seen = render.observe(
+            room, points=points, spp=spp, seed=seed, transport=transport.value, noise=noise
+        )
+        seen.save(out)
+        if lights:
+            room.lights.save(lights)
+        if view:
+            render.write_exr(
+                render.photograph(room, spp=max(2, spp), seed=seed, transport=transport.value), view
+            )
+    print(f"{out}: {len(seen)} observations of {room.name}, {seen.channels} channel(s)")
+
+
+@app.command("localize")
+def localize_command(
+    observations: Annotated[Path, typer.Argument(help="What `lightloc render` wrote, or an EXR.")],
+    scene: Annotated[
+        str | None, typer.Option(help="The scene, for its geometry; nothing occludes without it.")
+    ] = None,
+    out: Annotated[Path, typer.Option("--out", "-o", help="Found lights, JSON.")] = Path(
+        "lights.json"
+    ),
+    set_: SET = [],  # noqa: B006
+    seed: int = 0,
+) -> None:
+    """Find the lights that explain the observations.
+
+    Example: lightloc localize seen.npz --scene box_occluder -o found.json
+    """
+    _writable(out)
+    with _busy("searching"):
+        import render
+        from lightloc import Observations, localize
+
+        room = render.load(scene, **_parameters(set_)) if scene else None
+        if observations.suffix.lower() == ".exr":
+            seen = render.observe_view(observations, room)
+        else:
+            seen = Observations.load(observations)
+            seen = render.attach(seen, room) if room else seen
+        found = localize(seen, room.geometry if room else None, seed=seed)
+        found.lights.save(out)
+    print(found)
+
+
+@app.command("compare")
+def compare_command(
+    found: Annotated[Path, typer.Argument(help="Found lights, JSON.")],
+    truth: Annotated[str, typer.Argument(help="True lights: JSON, or a scene.")],
+    within: Annotated[float, typer.Option(help="Percent of the diagonal allowed.")] = 1.0,
+    intensity: Annotated[float, typer.Option(help="Percent of intensity allowed.")] = 5.0,
+    set_: SET = [],  # noqa: B006
+) -> None:
+    """Judge found lights by the true ones. Exits with 1 where they differ.
+
+    Example: lightloc compare found.json box_occluder
+    """
+    from lightloc.lights import PointLights
+    from validation.match import compare
+
+    lights = PointLights.load(found)
+    diagonal = None
+    if truth.endswith(".json"):
+        true = PointLights.load(truth)
+    else:
+        import render
+
+        room = render.load(truth, **_parameters(set_))
+        true, diagonal = room.lights, room.diagonal
+    verdict = compare(lights, true, diagonal)
+    print(verdict)
+    near = all(
+        worst is None or worst <= limit
+        for worst, limit in (
+            (verdict.worst_position_percent, within),
+            (verdict.worst_intensity_percent, intensity),
+        )
+    )
+    right = verdict.count_right and not verdict.missed
+    raise typer.Exit(PASSED if right and near else FAILED)
+
+
+@app.command("validate")
+def validate_command(
+    suite: Annotated[str, typer.Option(help="A suite's TOML file, or 'standard'.")] = "standard",
+    case: Annotated[list[str], typer.Option(help="Run only the case of this name.")] = [],  # noqa: B006
+    out: Annotated[Path, typer.Option("--out", "-o", help="Folder of the results.")] = Path(
+        "report"
+    ),
+    jobs: Annotated[int, typer.Option(help="Cases at a time; 0: one a core.")] = 0,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="List the cases and stop.")] = False,
+) -> None:
+    """Run a suite, each case in a process of its own. Exits with 1 where a case failed.
+
+    Example: lightloc validate --case box_two-direct
+    """
+    from validation.suite import read_suite, run
+
+    name, cases = read_suite(suite)
+    if case:
+        unknown = set(case) - {row.name for row in cases}
+        if unknown:
+            raise ValueError(f"{suite}: has no case '{sorted(unknown)[0]}'")
+        cases = [row for row in cases if row.name in case]
+    if dry_run:
+        for row in cases:
+            print(f"{row.name:34} {row.claim}")
+        return
+    _writable(out / "suite.json")
+    with _progress(len(cases)) as done:
+        summary = run(name, cases, out, jobs or os.cpu_count() or 1, _again(suite), done)
+    print(
+        f"{summary['passed']} passed, {summary['failed']} failed, {summary['crashed']} crashed, "
+        f"{summary['shown']} shown, in {summary['seconds']:.0f} s"
+    )
+    raise typer.Exit(FAILED if summary["failed"] or summary["crashed"] else PASSED)
+
+
+@app.command("report")
+def report_command(
+    out: Annotated[Path, typer.Argument(help="A folder that `lightloc validate` filled.")] = Path(
+        "report"
+    ),
+) -> None:
+    """Draw OUT/index.html from results; renders nothing."""
+    from validation.report import write
+
+    with _busy("drawing"):
+        page = write(out)
+    print(page)
+
+
+@app.command("doctor")
+def doctor_command() -> None:
+    """Print versions, the Dr.Jit backend and the LLVM in use, and try a tiny render."""
+    from validation.doctor import backend_rows, tiny_render, versions
+
+    for name, value in versions() + backend_rows():
+        print(f"{name:15} {value}")
+    good, said = tiny_render()
+    print(f"{'tiny render':15} {'works' if good else 'FAILS'}: {said}")
+    raise typer.Exit(PASSED if good else FAILED)
+
+
+def main() -> None:
+    """Entry point: one plain sentence and exit code 2 for bad input."""
+    try:
+        app()
+    except (ValueError, RuntimeError, OSError, ImportError) as error:
+        if os.environ.get("LIGHTLOC_DEBUG"):
+            raise
+        print(f"lightloc: {error}", file=sys.stderr)
+        sys.exit(BAD_INPUT)
+
+
+def _again(suite: str) -> Any:
+    def command(row: Case) -> str:
+        where = "" if suite == "standard" else f"--suite {suite} "
+        return f"lightloc validate {where}--case {row.name}"
+
+    return command
+
+
+def _parameters(settings: list[str]) -> dict[str, str]:
+    for setting in settings:
+        if "=" not in setting:
+            raise ValueError(f"--set {setting}: expected NAME=VALUE, as alpha=0.2")
+    return dict(setting.split("=", 1) for setting in settings)
+
+
+def _writable(*paths: Path | None) -> None:
+    """Refuse an output that can't be written before any work is done."""
+    for path in paths:
+        if path is None:
+            continue
+        if path.is_dir():
+            raise ValueError(f"{path}: is a folder; expected a file to write")
+        parent = path.parent
+        while not parent.exists():
+            parent = parent.parent
+        if not parent.is_dir() or not os.access(parent, os.W_OK):
+            raise ValueError(f"{path}: can't be written there")
+        path.parent.mkdir(parents=True, exist_ok=True)
+
+
+def _busy(what: str) -> Any:
+    """A spinner with the time that has passed; nothing where nobody looks."""
+    from rich.console import Console
+
+    console = Console(stderr=True)
+    return console.status(what) if console.is_terminal else _Quiet()
+
+
+class _Quiet:
+    def __enter__(self) -> None:
+        return None
+
+    def __exit__(self, *_: object) -> None:
+        return None
+
+
+class _progress:
+    """A bar with what is left on a terminal, else a line for each case that is not passed."""
+
+    def __init__(self, total: int) -> None:
+        from rich.console import Console
+        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+        from rich.progress import TimeRemainingColumn as Left
+
+        console = Console(stderr=True)
+        self.live = console.is_terminal
+        columns = (BarColumn(), MofNCompleteColumn(), Left(), TextColumn("{task.description}"))
+        self.bar = Progress(*columns, console=console, disable=not self.live)
+        self.task = self.bar.add_task("", total=total)
+
+    def __enter__(self) -> Any:
+        self.bar.start()
+        return self.done
+
+    def __exit__(self, *_: object) -> None:
+        self.bar.stop()
+
+    def done(self, result: dict[str, Any]) -> None:
+        self.bar.update(self.task, advance=1, description=result["name"])
+        if result["outcome"] in ("failed", "crashed"):
+            why = " ".join(result.get("why", []))
+            self.bar.console.print(f"{result['outcome']} {result['name']}: {why}", markup=False)

@@ -1,0 +1,128 @@
+"""Match found lights with true ones, then count, then measure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from lightloc.lights import PointLights
+
+RADIUS = 0.05
+"""A found light farther than this share of the diagonal from every true one matches none."""
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A true light and the found light that was matched with it.
+
+    ``distance`` in metres, ``distance_percent`` of the diagonal, ``intensity_percent`` of the
+    true intensity, a value a channel.
+    """
+
+    true: int
+    found: int
+    distance: float
+    distance_percent: float
+    intensity_percent: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """The judge's verdict on found lights; percentages are of the diagonal and the intensity."""
+
+    count_true: int
+    count_found: int
+    pairs: tuple[Pair, ...]
+    missed: tuple[int, ...]
+    ghosts: tuple[int, ...]
+
+    @property
+    def count_right(self) -> bool:
+        return self.count_true == self.count_found
+
+    @property
+    def precision(self) -> float:
+        """Share of the found lights that are real; 1 where none was found."""
+        return len(self.pairs) / self.count_found if self.count_found else 1.0
+
+    @property
+    def recall(self) -> float:
+        """Share of the true lights that were found; 1 where there is none."""
+        return len(self.pairs) / self.count_true if self.count_true else 1.0
+
+    @property
+    def worst_position_percent(self) -> float | None:
+        return max((pair.distance_percent for pair in self.pairs), default=None)
+
+    @property
+    def worst_intensity_percent(self) -> float | None:
+        return max((max(pair.intensity_percent) for pair in self.pairs), default=None)
+
+    def __str__(self) -> str:
+        rows = [
+            f"{self.count_found} found, {self.count_true} true: "
+            f"precision {self.precision:.2f}, recall {self.recall:.2f}"
+        ]
+        for pair in self.pairs:
+            errors = ", ".join(f"{e:.3g} %" for e in pair.intensity_percent)
+            rows.append(
+                f"  light {pair.true + 1}: {pair.distance:.3g} m "
+                f"({pair.distance_percent:.3g} % of the diagonal), intensity {errors}"
+            )
+        rows += [f"  light {i + 1} was missed" for i in self.missed]
+        rows += [f"  found light {j + 1} is no true light" for j in self.ghosts]
+        return "\n".join(rows)
+
+
+def compare(
+    found: PointLights,
+    true: PointLights,
+    diagonal: float | None = None,
+    radius: float | None = None,
+) -> Comparison:
+    """Match found with true lights by least total distance and measure the errors.
+
+    Args:
+        diagonal: of the room, metres; of the true lights' own box (at least 1 m) where None.
+        radius: farthest that a pair may lie apart, metres; `RADIUS` of the diagonal where None.
+
+    >>> true = PointLights([[0, 0, 2], [3, 0, 2]], [10.0, 20.0])
+    >>> found = PointLights([[3, 0, 2.01], [0, 0, 2]], [21.0, 10.0])
+    >>> result = compare(found, true, diagonal=10.0)
+    >>> result.count_right, round(result.worst_position_percent, 3)
+    (True, 0.1)
+    """
+    if diagonal is None:
+        box = np.ptp(true.positions, axis=0) if len(true) else np.zeros(3)
+        diagonal = max(1.0, float(np.linalg.norm(box)))
+    limit = RADIUS * diagonal if radius is None else radius
+    distance = np.linalg.norm(true.positions[:, None] - found.positions[None], axis=2)
+    far = 2.0 * limit * (1 + distance.size)  # dearer than any set of pairs within the radius
+    rows, columns = linear_sum_assignment(np.where(distance <= limit, distance, far))
+    pairs = tuple(
+        Pair(
+            int(i),
+            int(j),
+            float(distance[i, j]),
+            float(100 * distance[i, j] / diagonal),
+            _percent(found.intensities[j], true.intensities[i]),
+        )
+        for i, j in zip(rows, columns, strict=True)
+        if distance[i, j] <= limit
+    )
+    return Comparison(
+        count_true=len(true),
+        count_found=len(found),
+        pairs=pairs,
+        missed=tuple(sorted(set(range(len(true))) - {pair.true for pair in pairs})),
+        ghosts=tuple(sorted(set(range(len(found))) - {pair.found for pair in pairs})),
+    )
+
+
+def _percent(found: NDArray, true: NDArray) -> tuple[float, ...]:
+    found, true = np.broadcast_arrays(found, true)
+    scale = np.where(true > 0, true, max(true.max(), np.finfo(float).tiny))
+    return tuple(float(e) for e in 100 * np.abs(found - true) / scale)

@@ -1,0 +1,75 @@
+"""What a case leaves for the report to draw: the room, the fields, the camera's view."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import render
+from lightloc import Grid, Localization, Observations, PointLights, intensity_distance, vote
+from lightloc.fields import NO_LIMITER
+from render.room import Room
+
+SLICE = 16_000  # cells of the slice through D, L and V: about 140 x 115
+VOTE_RADIUS = 3  # cells; the limiters of a few thousand scattered points are coarse
+VIEW_SPP, VIEW_WIDTH = 24, 208  # the picture only; the judge counts on the probes
+
+
+def save_room(path: Path, room: Room, seen: Observations, z: NDArray) -> None:
+    """room.npz: triangles, observed points, B(q) and residuals in standard errors."""
+    vertices, faces = render.triangles(room)
+    np.savez_compressed(
+        path,
+        vertices=vertices.astype(np.float32),
+        faces=faces.astype(np.int32),
+        points=seen.positions.astype(np.float32),
+        radiance=seen.radiance.astype(np.float32),
+        residual=z.astype(np.float32),
+    )
+
+
+def save_fields(path: Path, room: Room, seen: Observations, found: Localization) -> None:
+    """fields.npz: D, L and V of the direct light on the slice through the brightest true light."""
+    lower, upper = seen.bounds
+    lower[2] = upper[2] = room.lights.brightest_first().positions[0, 2]
+    grid = Grid.over([lower, upper], SLICE)
+    q = seen.with_radiance(np.maximum(found.direct, 0), found.sigma)
+    D, L = intensity_distance(q, grid.points, room.geometry)
+    V = vote(grid, L[:, 0], q.positions, VOTE_RADIUS).votes
+
+    def image(values: NDArray) -> NDArray[Any]:
+        return values.reshape(*grid.shape[:2], *values.shape[1:]).swapaxes(0, 1)
+
+    none = L[:, 0] == NO_LIMITER
+    limiter = np.where(none[:, None], np.nan, q.positions[np.where(none, 0, L[:, 0])])
+    np.savez_compressed(
+        path,
+        D=image(D[:, 0]).astype(np.float32),
+        L=image(np.where(none, -1, L[:, 0].astype(np.int64))).astype(np.int32),
+        limiter=image(limiter).astype(np.float32),
+        V=image(V.ravel()).astype(np.float32),
+        extent=np.array([lower[0], upper[0], lower[1], upper[1]]),
+        height=np.array(lower[2]),
+    )
+
+
+def save_view(folder: Path, room: Room, lights: PointLights, transport: Any, seed: int) -> None:
+    """view.exr with all layers, and view.npz with the camera's view twice: true and found lights.
+
+    A scene without a camera has no view, and its page says so.
+    """
+    if not room.scene.sensors():
+        return
+
+    def photograph(lit: Room) -> render.View:
+        return render.photograph(
+            lit, spp=VIEW_SPP, width=VIEW_WIDTH, seed=seed, transport=transport
+        )
+
+    true = photograph(room)
+    render.write_exr(true, folder / "view.exr")
+    found = photograph(render.relight(room, lights)).film if len(lights) else true.film * 0
+    np.savez_compressed(folder / "view.npz", rendered=true.film, rerendered=found)

@@ -1,0 +1,142 @@
+"""The report's pages: an index with the matrix of cases, and a page a case."""
+
+import zipfile
+import zlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Generic, TypeVar
+from urllib.parse import quote
+
+import numpy as np
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from . import words
+from .curve import curve
+from .disk import write_text
+from .matrix import matrix
+from .pictures import draw_view
+from .read import Result, Suite
+from .room3d import room_data
+from .rows import light_rows
+from .slices import draw_slices, near_words
+
+TEMPLATES = Path(__file__).parent / "templates"
+ORDER = ("failed", "crashed", "shown", "passed")  # what needs a look comes first
+FILES = {
+    "result.json": "everything on this page",
+    "view.exr": "the camera's view, for an EXR viewer such as tev",
+    "observations.npz": "what the search was given",
+    "room.npz": "the room, the observed points and their residuals",
+    "fields.npz": "the slices of D, L and V",
+    "view.npz": "the camera's view as arrays",
+}
+
+Drawn = TypeVar("Drawn")
+
+
+@dataclass(frozen=True)
+class Piece(Generic[Drawn]):
+    """A part of a page that may be missing, and the plain sentence that then stands for it."""
+
+    drawn: Drawn | None
+    missing: str
+
+
+def environment() -> Environment:
+    """Return the templates, which escape whatever they are given."""
+    made = Environment(
+        loader=FileSystemLoader(TEMPLATES),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    names = ("number", "percent", "metres", "seconds", "material", "noise", "intensity", "plain")
+    made.filters.update({name: getattr(words, name) for name in names})
+    made.filters["url"] = lambda text: quote(text, safe="")
+    made.globals.update(symbols=words.SYMBOLS, meanings=words.MEANINGS, order=ORDER)
+    return made
+
+
+def write_index(out: Path, suite: Suite, results: Sequence[Result], pages: Environment) -> Path:
+    """Write OUT/index.html."""
+    first = sorted(results, key=lambda result: ORDER.index(result.outcome))
+    counts = {outcome: sum(r.outcome == outcome for r in results) for outcome in ORDER}
+    text = pages.get_template("index.html.j2").render(
+        root="",
+        suite=suite,
+        results=first,
+        matrix=matrix(results),
+        counts=counts,
+        versions=_versions(results),
+        downloads=("report.json", "report.csv", "junit.xml"),
+    )
+    return write_text(out / "index.html", text)
+
+
+def write_case(
+    out: Path, suite: Suite, results: Sequence[Result], index: int, pages: Environment
+) -> Path:
+    """Write OUT/cases/NAME/index.html and the pictures beside it."""
+    result = results[index]
+    folder = out / "cases" / result.name
+    room = _load(folder / "room.npz")
+    fields, view = _load(folder / "fields.npz"), _load(folder / "view.npz")
+    slices = _draw(
+        fields, lambda arrays: draw_slices(folder, arrays, room.drawn, result), "the slices"
+    )
+    text = pages.get_template("case.html.j2").render(
+        root="../../",
+        suite=suite,
+        result=result,
+        before=results[index - 1] if index > 0 else None,
+        after=results[index + 1] if index + 1 < len(results) else None,
+        room=_draw(room, lambda arrays: room_data(result, arrays), "the room in 3D"),
+        view=_draw(view, lambda arrays: draw_view(folder, arrays), "the camera's view"),
+        slices=slices,
+        near=near_words(slices.drawn) if slices.drawn else "",
+        lights=light_rows(result),
+        curve=curve(result.search.history) if result.search else None,
+        timings=_timings(result),
+        files=[(name, text) for name, text in FILES.items() if (folder / name).is_file()],
+    )
+    return write_text(folder / "index.html", text)
+
+
+def _load(path: Path) -> Piece[dict[str, Any]]:
+    if not path.is_file():
+        return Piece(None, f"this case left no {path.name}")
+    try:
+        with np.load(path, allow_pickle=False) as arrays:
+            return Piece({name: arrays[name] for name in arrays.files}, "")
+    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, zlib.error):
+        return Piece(None, f"{path.name} is broken")
+
+
+def _draw(
+    loaded: Piece[dict[str, Any]], draw: Callable[[dict[str, Any]], Drawn], what: str
+) -> Piece[Drawn]:
+    if loaded.drawn is None:
+        return Piece(None, f"There is no picture of {what}: {loaded.missing}.")
+    try:
+        return Piece(draw(loaded.drawn), "")
+    except KeyError as error:
+        return Piece(None, f"There is no picture of {what}: its file lacks {error}.")
+    except (ValueError, IndexError, TypeError) as error:
+        return Piece(None, f"There is no picture of {what}: {error}.")
+
+
+def _versions(results: Sequence[Result]) -> dict[str, str]:
+    """List what the cases were made with; more than one where a run was taken up again."""
+    seen: dict[str, list[str]] = {}
+    for result in results:
+        made = {**result.made.versions, "commit": result.made.commit}
+        for name, version in made.items():
+            if version and version not in seen.setdefault(name, []):
+                seen[name].append(version)
+    return {name: " and ".join(versions) for name, versions in seen.items() if versions}
+
+
+def _timings(result: Result) -> list[tuple[str, float]]:
+    return [(name, s) for name, s in result.seconds.items() if name != "total" and s is not None]

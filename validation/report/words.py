@@ -1,0 +1,93 @@
+"""Numbers and names as a reader meets them."""
+
+import math
+import re
+from collections.abc import Sequence
+
+from .read import Result
+
+NOTHING = "–"
+SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+CONTROL = re.compile(
+    r"\x1b\[[0-9;?]*[ -/]*[@-~]|[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]"
+)
+SYMBOLS = {"passed": "✓", "failed": "✗", "crashed": "!", "shown": "○"}
+MEANINGS = {
+    "failed": "a limit was not kept",
+    "crashed": "the case's process died",
+    "shown": "run, but not gated",
+    "passed": "every limit was kept",
+}
+BRDFS = {"mixed": "mixed materials"}
+
+
+def number(value: float | None, digits: int = 3) -> str:
+    """Write a number with so many significant digits; a dash where there is none."""
+    if value is None or not math.isfinite(value):
+        return NOTHING
+    if value != 0 and not 1e-4 <= abs(value) < 1e6:
+        mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+        return f"{_minus(mantissa)}·10{str(int(exponent)).translate(SUPERSCRIPT)}"
+    text = f"{value:.{digits}g}"
+    return _minus(f"{float(text):,.0f}" if "e" in text else text)
+
+
+def percent(value: float | None) -> str:
+    """Write a percentage, so that the eye can compare: two digits, and no more than needed."""
+    return NOTHING if value is None else f"{number(value, 2)} %"
+
+
+def metres(value: float | None) -> str:
+    """Write a length in the unit that suits it."""
+    if value is None or not math.isfinite(value):
+        return NOTHING
+    for unit, size in (("m", 1.0), ("cm", 1e-2), ("mm", 1e-3)):
+        if abs(value) >= size:
+            return f"{number(value / size)} {unit}"
+    return f"{number(value * 1e6, 2)} µm"
+
+
+def seconds(value: float | None) -> str:
+    """Write a duration in the unit that suits it."""
+    if value is None or not math.isfinite(value):
+        return NOTHING
+    if value >= 3600:
+        return f"{int(value // 3600)} h {int(value % 3600 // 60)} min"
+    if value >= 60:
+        return f"{int(value // 60)} min {int(value % 60)} s"
+    return f"{number(value, 2)} s"
+
+
+def measured(value: float | None, error: float | None) -> str:
+    """Write a value with its standard error, both to the error's second digit."""
+    if value is None or not math.isfinite(value):
+        return NOTHING
+    if error is None or not math.isfinite(error) or error <= 0:
+        return _minus(f"{value:.4f}")
+    decimals = min(max(1 - math.floor(math.log10(error)), 0), 6)
+    return _minus(f"{value:.{decimals}f}") + " ± " + f"{error:.{decimals}f}"
+
+
+def intensity(channels: Sequence[float | None]) -> str:
+    """Write a radiant intensity, by channel where it has three."""
+    return " · ".join(number(channel) for channel in channels) + " W/sr"
+
+
+def material(result: Result) -> str:
+    """Name a case's BRDF, with its roughness."""
+    name = BRDFS.get(result.brdf, result.brdf)
+    return name if result.alpha is None else f"{name}, α {number(result.alpha)}"
+
+
+def noise(value: float) -> str:
+    """Name a noise level."""
+    return "no noise" if value == 0 else f"{number(100 * value)} % noise"
+
+
+def plain(text: str) -> str:
+    """Drop what no page and no XML may hold: terminal colours and control characters."""
+    return CONTROL.sub("", text)
+
+
+def _minus(text: str) -> str:
+    return text.replace("-", "−")
