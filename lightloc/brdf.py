@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lightloc.backend import types
-from lightloc.checks import array
+from lightloc.checks import array, numbers
 from lightloc.microfacet import (
     TABLE_NODES,
     fresnel_conductor,
@@ -46,14 +46,16 @@ class _Parameters:
     """Checks and channel count for materials whose fields are numeric parameters."""
 
     def _check(self, name: str, least: float, most: float | None = None) -> None:
-        value = np.asarray(getattr(self, name), float)
+        label = f"{type(self).__name__}.{name}"
+        value = numbers(label, getattr(self, name))
         if value.ndim == 0:
             value = value[None, None]
         elif value.shape == (3,):
             value = value[None, :]  # one RGB triple
         elif value.ndim == 1:
             value = value[:, None]  # one a point
-        label = f"{type(self).__name__}.{name}"
+        if value.size == 0:
+            raise ValueError(f"{label} is empty; expected a scalar or one value a point")
         value = array(label, value, (None, None), least=least, most=most)
         if value.shape[1] not in (1, 3):
             raise ValueError(f"{label} has {value.shape[1]} channels; expected 1 or 3")
@@ -71,7 +73,8 @@ class _Parameters:
     def channels(self) -> int:
         return max(value.shape[1] for value in self.parameters().values())
 
-    def _check_length(self, n: int) -> None:
+    def check_length(self, n: int) -> None:
+        """Raise ValueError where a parameter has neither one row nor n."""
         for name, value in self.parameters().items():
             if len(value) not in (1, n):
                 raise ValueError(
@@ -93,7 +96,7 @@ class Lambert(_Parameters):
         self._check("albedo", 0.0)
 
     def bind(self, n: int) -> Scatter:
-        self._check_length(n)
+        self.check_length(n)
         albedo = bind_parameter(self.albedo)
         return lambda i, normal, l, w: (
             albedo(i) * dr.select(dr.dot(normal, w) > 0, positive_cosine(normal, l) * dr.inv_pi, 0)
@@ -125,7 +128,7 @@ class Conductor(_Parameters):
             self._check("k", 0.0)
 
     def bind(self, n: int) -> Scatter:
-        self._check_length(n)
+        self.check_length(n)
         alpha, specular = bind_parameter(self.alpha), bind_parameter(self.specular)
         eta = None if self.eta is None else bind_parameter(self.eta)
         k = None if self.k is None else bind_parameter(self.k)
@@ -164,9 +167,14 @@ class Plastic(_Parameters):
         self._check("ior", 1.0)
         self._check("specular", 0.0)
         self._check("nonlinear", 0.0, 1.0)
+        for name in ("alpha", "ior", "nonlinear"):
+            if getattr(self, name).shape[1] != 1:
+                raise ValueError(
+                    f"Plastic.{name} has 3 channels; expected 1 (a row for each point)"
+                )
 
     def bind(self, n: int) -> Scatter:
-        self._check_length(n)
+        self.check_length(n)
         f = types()
         pairs = np.concatenate(np.broadcast_arrays(self.alpha, self.ior), axis=1)
         unique, row = np.unique(pairs, axis=0, return_inverse=True)
@@ -208,7 +216,10 @@ class Mixed:
     index: Any
 
     def __post_init__(self) -> None:
+        if is_brdf(self.brdfs) or not all(is_brdf(brdf) for brdf in self.brdfs):
+            raise ValueError("Mixed.brdfs is not a sequence of BRDFs")
         object.__setattr__(self, "brdfs", tuple(self.brdfs))
+        numbers("Mixed.index", self.index)  # refuses ragged lists and text
         index = np.asarray(self.index)
         if not self.brdfs or index.ndim != 1 or not np.issubdtype(index.dtype, np.integer):
             raise ValueError("Mixed needs at least one BRDF and an integer index for each point")
@@ -220,9 +231,16 @@ class Mixed:
     def channels(self) -> int:
         return max(brdf.channels for brdf in self.brdfs)
 
-    def bind(self, n: int) -> Scatter:
+    def check_length(self, n: int) -> None:
+        """Raise ValueError where the index, or a parameter of a part, has not n rows."""
         if len(self.index) != n:
             raise ValueError(f"Mixed.index has {len(self.index)} rows; expected {n}")
+        for brdf in self.brdfs:
+            if isinstance(brdf, (Mixed, _Parameters)):
+                brdf.check_length(n)
+
+    def bind(self, n: int) -> Scatter:
+        self.check_length(n)
         f = types()
         which = f.UInt32(self.index)
         parts = [brdf.bind(n) for brdf in self.brdfs]
@@ -235,6 +253,11 @@ class Mixed:
             return total
 
         return scatter
+
+
+def is_brdf(thing: Any) -> bool:
+    """Whether it has ``channels`` and ``bind``, and is not a class that makes such things."""
+    return isinstance(thing, BRDF) and not isinstance(thing, type)
 
 
 SMALLEST_ALPHA = 1e-4  # Mitsuba clamps here too

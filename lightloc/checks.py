@@ -8,6 +8,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 
+def numbers(name: str, value: ArrayLike) -> NDArray[np.float64]:
+    """A float64 copy of ``value``; raises ValueError naming the field where it has none."""
+    try:
+        return np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} is not an array of numbers") from None
+
+
 def array(
     name: str,
     value: ArrayLike,
@@ -26,10 +34,7 @@ def array(
         ...
     ValueError: albedo[1] is nan; expected a finite number
     """
-    try:
-        result = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise ValueError(f"{name} is not an array of numbers") from None
+    result = numbers(name, value)
     fits = result.ndim == len(shape) and all(
         want is None or have == want for have, want in zip(result.shape, shape, strict=True)
     )

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lightloc.checks import array
+from lightloc.checks import array, numbers
 
 
 @dataclass(frozen=True)
@@ -34,13 +34,10 @@ class PointLights:
     intensities: NDArray[np.float64]
 
     def __init__(self, positions: ArrayLike, intensities: ArrayLike) -> None:
-        positions = np.asarray(positions, float)
-        intensities = np.asarray(intensities, float)
+        positions = numbers("PointLights.positions", positions)
+        intensities = numbers("PointLights.intensities", intensities)
         if positions.size == 0:
             positions = positions.reshape(0, 3)
-            intensities = intensities.reshape(
-                0, intensities.shape[1] if intensities.ndim > 1 else 1
-            )
         if intensities.ndim == 1:
             intensities = intensities[:, None]
         k = len(positions) if positions.ndim else 0

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import zipfile
-from dataclasses import dataclass, replace
+import zlib
+from dataclasses import MISSING, dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lightloc import brdf
-from lightloc.checks import array, unit_vectors
+from lightloc.checks import array, numbers, unit_vectors
 
 FORMAT = "lightloc-observations-1"
 
@@ -71,10 +72,12 @@ class Observations:
         put(self, "directions", unit_vectors("Observations.directions", directions, n))
         put(self, "radiance", _per_channel("Observations.radiance", radiance, n, None, 0.0))
         put(self, "sigma", _per_channel("Observations.sigma", sigma, n, self.channels, 0.0))
-        if not isinstance(material, brdf.BRDF):
+        if not brdf.is_brdf(material):
             raise ValueError(f"Observations.material is a {type(material).__name__}; not a BRDF")
         if material.channels > self.channels:
             raise ValueError("Observations.radiance has 1 channel but the material has 3")
+        if isinstance(material, (brdf.Mixed, *MODELS)):
+            material.check_length(n)
         put(self, "material", material)
         put(self, "interreflected", bool(interreflected))
 
@@ -104,9 +107,9 @@ class Observations:
         self, radiance: ArrayLike, sigma: ArrayLike, interreflected: bool | None = None
     ) -> Observations:
         """The same points with another B(q), which may be negative within its error."""
-        shape = self.radiance.shape
-        B = array("radiance", np.broadcast_to(np.asarray(radiance, float), shape), shape)
-        e = array("sigma", np.broadcast_to(np.asarray(sigma, float), shape), shape, least=0.0)
+        n, c = self.radiance.shape
+        B = _per_channel("radiance", radiance, n, c, None)
+        e = _per_channel("sigma", sigma, n, c, 0.0)
         both = self.interreflected if interreflected is None else interreflected
         result = replace(self, radiance=np.maximum(B, 0.0), sigma=e, interreflected=both)
         object.__setattr__(result, "radiance", B)
@@ -140,16 +143,17 @@ class Observations:
         Raises ValueError naming the file and the field.
         """
         try:
-            with np.load(path, allow_pickle=False) as file:
+            # our own handle: np.load leaves one open where the archive is broken
+            with open(path, "rb") as stream, np.load(stream, allow_pickle=False) as file:
                 keys = {name: file[name] for name in file.files}
         except FileNotFoundError:
             raise ValueError(f"{path}: no such file") from None
-        except (OSError, ValueError, EOFError, zipfile.BadZipFile):
+        except UNREADABLE:
             raise ValueError(f"{path}: not an observations file (.npz)") from None
         if str(keys.get("format")) != FORMAT:
             raise ValueError(f"{path}: format is {keys.get('format')}; expected {FORMAT}")
         try:
-            B = keys["radiance"]
+            B = numbers("radiance", keys["radiance"])
             result = Observations(
                 positions=keys["positions"],
                 normals=keys["normals"],
@@ -162,8 +166,20 @@ class Observations:
             return result.with_radiance(B, keys["sigma"])
         except KeyError as missing:
             raise ValueError(f"{path}: field {missing} is missing") from None
-        except ValueError as error:
+        except (TypeError, ValueError) as error:
             raise ValueError(f"{path}: {error}") from None
+
+
+UNREADABLE = (  # what np.load, zipfile and zlib say of a file that is cut short or changed
+    OSError,
+    ValueError,
+    TypeError,
+    EOFError,
+    MemoryError,
+    RuntimeError,
+    zipfile.BadZipFile,
+    zlib.error,
+)
 
 
 @dataclass(frozen=True)
@@ -177,9 +193,9 @@ class SceneMaterial:
 
 
 def _per_channel(
-    name: str, value: ArrayLike, n: int, c: int | None, least: float
+    name: str, value: ArrayLike, n: int, c: int | None, least: float | None
 ) -> NDArray[np.float64]:
-    result = np.asarray(value, float)
+    result = numbers(name, value)
     if result.ndim == 0 and c is not None:
         result = np.broadcast_to(result, (n, c))
     elif result.ndim == 1:
@@ -215,13 +231,13 @@ def _material_from(prefix: str, keys: dict[str, Any]) -> brdf.BRDF:
             count += 1
         parts = tuple(_material_from(f"{prefix}.{b}", keys) for b in range(count))
         return brdf.Mixed(parts, keys[f"{prefix}.index"])
-    start = f"{prefix}."
-    values = {key[len(start) :]: value for key, value in keys.items() if key.startswith(start)}
     if kind == "SceneMaterial":
-        return SceneMaterial(int(values["channels"]))
+        return SceneMaterial(int(keys[f"{prefix}.channels"]))
     for model in MODELS:
         if kind == model.__name__:
-            return model(**values)
+            named = {field.name: f"{prefix}.{field.name}" for field in fields(model)}
+            needed = {field.name for field in fields(model) if field.default is MISSING}
+            return model(**{k: keys[v] for k, v in named.items() if k in needed or v in keys})
     raise ValueError(f"{prefix} is '{kind}'; expected one of Lambert, Conductor, Plastic, Mixed")
 
 

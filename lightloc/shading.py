@@ -180,6 +180,8 @@ def check_gradient(
     S, gradient = shading_gradient(q, p[None], geometry)
     around = shading(q, p + moves, geometry)
     smooth = (around > 0).all(axis=(1, 2)) & (S[:, 0] > 0).all(axis=1)
+    if not smooth.any():
+        raise ValueError("check_gradient: no observation sees all of the shifted positions")
     slope = (around[:, :3] - around[:, 3:]) / (2 * step)
     error = np.abs(slope.transpose(0, 2, 1) - gradient[:, 0])[smooth]
     return float(error.max(initial=0.0) / max(np.abs(slope[smooth]).max(initial=0.0), 1e-30))

@@ -23,6 +23,8 @@ class SceneBSDF:
     channels: int = 3
 
     def bind(self, n: int) -> Scatter:
+        if dr.width(self.interaction) != n:
+            raise ValueError(f"SceneBSDF has {dr.width(self.interaction)} points; expected {n}")
         context = mi.BSDFContext()
 
         def scatter(i: Any, normal: Any, l: Any, w: Any) -> Any:
@@ -80,7 +82,7 @@ def _read(bsdf: Any, si: Any) -> tuple[type, dict[str, Any]]:
     """(model, parameters at si) of one BSDF; SceneBSDF where no model fits."""
     found = _children(bsdf)
     if bsdf.class_name() == "TwoSidedBRDF":
-        if str(found["brdf_0"]) != str(found["brdf_1"]):
+        if found["brdf_0"] is not found["brdf_1"]:  # alike in print is not enough: bitmaps
             return SceneBSDF, {}
         return _read(found["brdf_0"], si)
     text = str(bsdf)
@@ -124,7 +126,8 @@ def _compact(value: NDArray, here: NDArray) -> NDArray:
 
 
 def _channels_of(si: Any) -> int:
-    """1 where a light overhead looks grey everywhere."""
-    value = si.bsdf().eval(mi.BSDFContext(), si, mi.Vector3f(0.3, 0.2, 0.93))
+    """1 where a light overhead, on the side that is seen, looks grey everywhere."""
+    overhead = mi.Vector3f(0.3, 0.2, dr.mulsign(mi.Float(0.93), si.wi.z))
+    value = si.bsdf().eval(mi.BSDFContext(), si, overhead)
     colour = np.array(value)
     return 1 if np.ptp(colour, axis=0).max() <= GREY * colour.max(initial=0) else 3

@@ -130,8 +130,9 @@ def relight(room: Room, lights: PointLights) -> Room:
     """The same room lit by other point lights; its sensors and surfaces are shared."""
     parts: dict[str, Any] = {"type": "scene"}
     for kind, objects in (("shape", room.scene.shapes()), ("sensor", room.scene.sensors())):
-        parts |= {f"{kind}_{i}": thing for i, thing in enumerate(objects)}
-    for i, (p, I) in enumerate(zip(lights.positions, lights.intensities, strict=True)):
+        # the key becomes the object's id, in both scenes: they share the object
+        parts |= {thing.id() or f"{kind}_{i}": thing for i, thing in enumerate(objects)}
+    for i, (p, I) in enumerate(zip(lights.positions, lights.intensities, strict=True), start=1):
         parts[f"light_{i}"] = {
             "type": "point",
             "position": p.tolist(),

@@ -1,0 +1,94 @@
+"""What must not matter: where the room stands, how it is turned, its unit of length, any order."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import render
+from lightloc import Mixed, Observations, PointLights, radiance, shading
+
+LIGHT = np.array([0.4, -0.3, 1.1])
+LIGHTS = PointLights([LIGHT, [-1.2, 0.8, 0.4], [1.6, 1.5, -0.7]], [5.0, 2.0, 7.0])
+SHIFT = np.array([1.3, -2.2, 0.7])  # metres; of the room's own size, so that float32 stays fine
+
+
+def moved(q: Observations, turn: np.ndarray, shift: np.ndarray, scale: float = 1.0) -> Observations:
+    """The observations of a room that was scaled, turned and shifted."""
+    return replace(
+        q,
+        positions=scale * q.positions @ turn.T + shift,
+        normals=q.normals @ turn.T,
+        directions=q.directions @ turn.T,
+    )
+
+
+def test_rigid_motion(sample, facing, rounding):
+    """Turning and shifting room and lights together leaves every B as it was.
+
+    Tolerance: the float32 error of S at both places (the fixture ``rounding``).
+    """
+    q, turn = facing(sample.brdf, LIGHT), Rotation.from_rotvec([0.3, -1.1, 0.7]).as_matrix()
+    there, p = moved(q, turn, SHIFT), turn @ LIGHT + SHIFT
+    here, after = shading(q, [LIGHT])[:, 0], shading(there, [p])[:, 0]
+    allowed = rounding(q, LIGHT, sample.alpha) + rounding(there, p, sample.alpha)
+    assert (np.abs(after / here - 1) <= allowed).all()
+
+
+def test_a_motion_of_the_room_alone_is_seen(sample, facing, rounding):
+    """Negative control: the light left 1 mm behind changes B beyond the tolerance."""
+    q = facing(sample.brdf, LIGHT)
+    allowed = 2 * rounding(q, LIGHT, sample.alpha)
+    left = moved(q, np.eye(3), np.array([1e-3, 0, 0]))
+    change = np.abs(shading(left, [LIGHT])[:, 0] / shading(q, [LIGHT])[:, 0] - 1)
+    assert (change > allowed).mean() > 0.8
+
+
+@pytest.mark.parametrize("scale", [0.01, 4.0, 7.3])
+def test_scale(sample, facing, rounding, scale):
+    """A room s times as large with lights s^2 times as strong looks the same."""
+    q = facing(sample.brdf, LIGHT)
+    large = moved(q, np.eye(3), np.zeros(3), scale)
+    one = PointLights([LIGHT], [5.0])
+    other = PointLights([scale * LIGHT], [5.0 * scale**2])
+    allowed = 2 * rounding(q, LIGHT, sample.alpha)
+    assert (np.abs(radiance(large, other) / radiance(q, one) - 1) <= allowed).all()
+
+
+def test_scale_of_a_rendered_room(load):
+    """Mitsuba's integrating sphere at twice the radius is four times as dark, indirect light too.
+
+    The same seed takes the same paths but for Mitsuba's ray offset, 8.9e-5 (1 + max |x|), which
+    does not scale: it moves a bounce by 1e-4 of the radius, hence B by 1e-4 times a slope of a
+    few. The limit of 1e-3 is a tenth of the noise, so nothing hides in that.
+    """
+    once, twice = (
+        render.observe(load("sphere", radius=r), points=256, spp=64, seed=5, transport="full")
+        for r in (1.0, 2.0)
+    )
+    np.testing.assert_allclose(twice.positions, 2 * once.positions, atol=1e-6)
+    np.testing.assert_allclose(4 * twice.radiance, once.radiance, rtol=1e-3)
+    assert np.median(once.sigma / once.radiance) > 1e-2
+
+
+def test_order_of_lights(sample, facing):
+    """The order of the lights changes no B beyond the rounding of a float64 sum."""
+    q = facing(sample.brdf, LIGHT)
+    order = [2, 0, 1]
+    S = shading(q, LIGHTS.positions)
+    np.testing.assert_array_equal(shading(q, LIGHTS.positions[order]), S[:, order])
+    shuffled = PointLights(LIGHTS.positions[order], LIGHTS.intensities[order])
+    np.testing.assert_allclose(radiance(q, shuffled), radiance(q, LIGHTS), rtol=1e-15)
+
+
+def test_order_of_observations(sample, facing, rng):
+    """Each observation's S is its own: reordering the rows reorders S to the bit."""
+    q, order = facing(sample.brdf, LIGHT), rng.permutation(96)
+    material = q.material
+    if isinstance(material, Mixed):
+        material = Mixed(material.brdfs, material.index[order])
+    rows = ("positions", "normals", "directions", "radiance", "sigma")
+    shuffled = replace(q, material=material, **{name: getattr(q, name)[order] for name in rows})
+    S = shading(q, LIGHTS.positions)
+    np.testing.assert_array_equal(shading(shuffled, LIGHTS.positions), S[order])
