@@ -120,6 +120,8 @@ def answer(
         direct=q.radiance,
         sigma=problem.sigma,
         inseparable=inseparable(lights, position_error),
+        chi2=fit.cost / problem.rows,
+        outliers=int((np.abs(fit.residual) > o.outlier).sum()),
         reason=reason,
         history=history,
     )

@@ -43,6 +43,8 @@ class Localization:
         direct: (n, c) the direct radiance that was explained, after removal of indirect light.
         sigma: (n, c) the standard errors used, with those of the removal.
         inseparable: pairs of lights that the data can't tell apart.
+        chi2: robust chi-square a residual over all observations; about 1 where the model is right.
+        outliers: how many residuals lie beyond the robust loss's scale.
         reason: why the search stopped.
         history: the steps of the search.
     """
@@ -56,13 +58,10 @@ class Localization:
     direct: NDArray[np.float64]
     sigma: NDArray[np.float64]
     inseparable: tuple[tuple[int, int], ...]
+    chi2: float
+    outliers: int
     reason: Reason
     history: tuple[Step, ...]
-
-    @property
-    def chi2(self) -> float:
-        """Chi-square a residual over all observations; 1 where the model is right."""
-        return float(np.square(self.residual).mean())
 
     def __str__(self) -> str:
         rows = [f"{len(self.lights)} light(s). {self.reason.value}"]

@@ -14,6 +14,7 @@ from lightloc.fields import NO_LIMITER
 from render.room import Room
 
 SLICE = 16_000  # cells of the slice through D, L and V: about 140 x 115
+MARGIN = 3.0  # standard errors by which D is raised, so that it stays a bound under noise
 VOTE_RADIUS = 3  # cells; the limiters of a few thousand scattered points are coarse
 VIEW_SPP, VIEW_WIDTH = 24, 208  # the picture only; the judge counts on the probes
 
@@ -37,7 +38,7 @@ def save_fields(path: Path, room: Room, seen: Observations, found: Localization)
     lower[2] = upper[2] = room.lights.brightest_first().positions[0, 2]
     grid = Grid.over([lower, upper], SLICE)
     q = seen.with_radiance(np.maximum(found.direct, 0), found.sigma)
-    D, L = intensity_distance(q, grid.points, room.geometry)
+    D, L = intensity_distance(q, grid.points, room.geometry, margin=MARGIN)
     V = vote(grid, L[:, 0], q.positions, VOTE_RADIUS).votes
 
     def image(values: NDArray) -> NDArray[Any]:
