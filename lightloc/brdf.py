@@ -136,7 +136,7 @@ class Conductor(_Parameters):
         def scatter(i, normal, l, w):
             lit, value, cos_h = _microfacet(alpha(i), normal, l, w)
             value = value * specular(i)
-            if eta is not None:
+            if eta is not None and k is not None:
                 value = value * fresnel_conductor(cos_h, eta(i), k(i))
             return dr.select(lit, value, 0)
 

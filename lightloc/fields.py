@@ -57,8 +57,9 @@ class Grid:
     def around(centre: ArrayLike, reach: ArrayLike, bounds: ArrayLike, cells: int) -> Grid:
         """``cells`` along each axis within ``reach`` of a centre, cut off at the bounds."""
         low, high = np.asarray(bounds, float)
-        lower = np.clip(np.asarray(centre) - reach, low, high)
-        upper = np.clip(np.asarray(centre) + reach, low, high)
+        middle, half = np.asarray(centre, float), np.asarray(reach, float)
+        lower = np.clip(middle - half, low, high)
+        upper = np.clip(middle + half, low, high)
         x, y, z = (cells if size > 0 else 1 for size in upper - lower)
         return Grid(lower, upper, (x, y, z))
 

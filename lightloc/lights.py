@@ -96,9 +96,7 @@ class PointLights:
         if not len(self):
             return "no lights"
         rows = [
-            "({:.4f}, {:.4f}, {:.4f}) m  {} W/sr".format(
-                *p, " ".join(f"{value:.4f}" for value in intensity)
-            )
+            f"({', '.join(f'{a:.4f}' for a in p)}) m  {' '.join(f'{a:.4f}' for a in intensity)} W/sr"
             for p, intensity in zip(self.positions, self.intensities, strict=True)
         ]
         return "\n".join(rows)

@@ -29,6 +29,8 @@ class Observations:
         radiance: (n, c) B(q) in W sr^-1 m^-2, c = 1 or 3 (linear RGB); (n,) is taken as (n, 1).
         sigma: standard error of ``radiance``: a scalar, (n,) or (n, c); 0 where it is exact.
         material: a BRDF of `lightloc.brdf`, or anything with ``channels`` and ``bind``.
+        facets: (n, 3) geometric normals where they differ from the shading normals, as on a mesh
+            with smooth shading; light from below a facet does not reach it. ``normals`` where None.
         interreflected: whether ``radiance`` holds interreflected light too, as a camera's does;
             `localize` then removes it first (footnote 1).
 
@@ -49,6 +51,7 @@ class Observations:
     radiance: NDArray[np.float64]
     sigma: NDArray[np.float64]
     material: brdf.BRDF
+    facets: NDArray[np.float64]
     interreflected: bool
 
     def __init__(
@@ -60,6 +63,7 @@ class Observations:
         radiance: ArrayLike,
         sigma: ArrayLike = 0.0,
         material: brdf.BRDF,
+        facets: ArrayLike | None = None,
         interreflected: bool = False,
     ) -> None:
         x = array("Observations.positions", positions, (None, 3))
@@ -79,6 +83,8 @@ class Observations:
         if isinstance(material, (brdf.Mixed, *MODELS)):
             material.check_length(n)
         put(self, "material", material)
+        facets = self.normals if facets is None else facets
+        put(self, "facets", unit_vectors("Observations.facets", facets, n))
         put(self, "interreflected", bool(interreflected))
 
     def __len__(self) -> int:
@@ -118,13 +124,13 @@ class Observations:
     def save(self, path: str | Path) -> None:
         """Write one ``.npz``, whole or not at all: same observations, same bytes.
 
-        Keys: ``format``; ``positions``, ``normals``, ``directions``, ``radiance``, ``sigma`` as
+        Keys: ``format``; ``positions``, ``normals``, ``directions``, ``radiance``, ``sigma``, ``facets`` as
         above (float64); ``interreflected`` (bool); ``material`` a type name, its parameters as
         ``material.NAME``; for ``Mixed``, ``material.index`` and the parts under
         ``material.0``, ``material.1`` ...
         """
         keys: dict[str, Any] = {"format": np.array(FORMAT)}
-        for name in ("positions", "normals", "directions", "radiance", "sigma"):
+        for name in ("positions", "normals", "directions", "radiance", "sigma", "facets"):
             keys[name] = getattr(self, name)
         keys["interreflected"] = np.array(self.interreflected)
         keys.update(_material_keys("material", self.material))

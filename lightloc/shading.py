@@ -29,6 +29,7 @@ class Surfels:
     x: Any
     normal: Any
     w: Any
+    facet: Any  # geometric normals
     start: Any  # x moved off its surface, where shadow rays begin
     scatter: Scatter
 
@@ -41,9 +42,10 @@ class Surfels:
         def scatter_some(i: Any, normal: Any, l: Any, w: Any) -> Any:
             return scatter(dr.gather(f.UInt32, rows, i), normal, l, w)
 
-        x, normal, w, start = (pick(v, rows) for v in (self.x, self.normal, self.w, self.start))
-        dr.eval(x, normal, w, start)
-        return Surfels(len(some), x, normal, w, start, scatter_some)
+        columns = (self.x, self.normal, self.w, self.facet, self.start)
+        x, normal, w, facet, start = (pick(v, rows) for v in columns)
+        dr.eval(x, normal, w, facet, start)
+        return Surfels(len(some), x, normal, w, facet, start, scatter_some)
 
 
 def surfels(q: Observations) -> Surfels:
@@ -59,7 +61,8 @@ def surfels(q: Observations) -> Surfels:
         x=columns(q.positions),
         normal=columns(q.normals),
         w=columns(q.directions),
-        start=columns(q.positions + offset * q.normals),
+        facet=columns(q.facets),
+        start=columns(q.positions + offset * q.facets),
         scatter=q.material.bind(len(q)),
     )
 
@@ -79,9 +82,10 @@ def unoccluded(s: Surfels, i: Any, p: Any) -> Any:
 
 
 def visible(s: Surfels, i: Any, p: Any, geometry: Geometry | None, active: Any = True) -> Any:
-    """V(x_i, p) as a mask."""
+    """V(x_i, p) as a mask: p lies above the facet, and nothing is in between."""
+    active = (dr.dot(pick(s.facet, i), p - pick(s.x, i)) > 0) & active
     if geometry is None:
-        return types().Bool(True) & active
+        return active
     return geometry.visible(pick(s.start, i), p, active)
 
 

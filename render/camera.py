@@ -162,7 +162,7 @@ def _footprint(room: Room, pixels: _Pixels, block: NDArray, centre: Any) -> tupl
     c = dr.gather(mi.SurfaceInteraction3f, centre, pixel)
     n, away = _towards(c.sh_frame.n, c), si.p - c.p
     bend = dr.norm(_towards(si.sh_frame.n, si) - n)
-    leave = dr.abs(dr.dot(n, away)) - SMOOTH * dr.norm(away)
+    leave = dr.abs(dr.dot(c.n, away)) - SMOOTH * dr.norm(away)
     same = si.is_valid() & c.is_valid() & (si.shape == c.shape)
     same &= (bend < SMOOTH) & (leave < TINY * room.diagonal)
     same &= dr.dot(n, c.to_world(c.wi)) > SMOOTH  # else the footprint is long and thin

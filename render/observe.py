@@ -85,11 +85,14 @@ def observations(
     if room.lights.channels == 1 and material.channels == 1:
         B, sigma = B[:, :1], sigma[:, :1]
     w = _numpy(si.to_world(si.wi))
-    n = _numpy(si.sh_frame.n)
-    n = n * np.where((n * w).sum(axis=1, keepdims=True) < 0, -1.0, 1.0)
+
+    def seen(n: NDArray) -> NDArray:
+        return n * np.where((n * w).sum(axis=1, keepdims=True) < 0, -1.0, 1.0)
+
     return Observations(
         positions=_numpy(si.p),
-        normals=n,
+        normals=seen(_numpy(si.sh_frame.n)),
+        facets=seen(_numpy(si.n)),
         directions=w,
         radiance=B,
         sigma=sigma,

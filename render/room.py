@@ -14,6 +14,7 @@ import mitsuba as mi
 import numpy as np
 
 from lightloc.lights import PointLights
+from render.meshes import check_meshes
 from render.variant import use_mitsuba
 
 GREY = 1e-6  # channels that differ by less than this share are one channel
@@ -101,7 +102,7 @@ def load(path: str | Path, **parameters: Any) -> Room:
     Raises:
         ValueError: one sentence naming the file and what is wrong with it: it can't be read,
             a parameter is unknown, it has no point emitter or another kind of emitter, an
-            intensity is negative or not finite, or it has no surface.
+            intensity is negative or not finite, it has no surface, or a mesh is broken.
 
     >>> load("box_one").lights.channels
     1
@@ -109,10 +110,10 @@ def load(path: str | Path, **parameters: Any) -> Room:
     use_mitsuba()
     path = find(path)
     _check_parameters(path, parameters)
+    values = {name: _text(value) for name, value in parameters.items()}
     try:
-        scene = mi.load_file(
-            str(path), optimize=False, **{k: _text(v) for k, v in parameters.items()}
-        )
+        check_meshes(path, values)
+        scene = mi.load_file(str(path), optimize=False, **values)
     except (RuntimeError, ValueError) as error:
         raise ValueError(f"{path}: {_first_sentence(error)}") from None
     if not isinstance(scene, mi.Scene):
@@ -175,9 +176,8 @@ def _lights(scene: Any) -> PointLights:
     emitters = scene.emitters()
     for emitter in emitters:
         if emitter.class_name() != "PointLight":
-            raise ValueError(
-                f"emitter '{emitter.id()}' is a {emitter.class_name()}; expected point emitters"
-            )
+            name = f"emitter '{emitter.id()}'" if emitter.id() else "an emitter"
+            raise ValueError(f"{name} is of type {emitter.class_name()}; expected point emitters")
     if not emitters:
         raise ValueError("the scene has no point emitter; expected at least one light to hide")
     positions, intensities = [], []
@@ -186,10 +186,10 @@ def _lights(scene: Any) -> PointLights:
         colour = next(key for key in values.keys() if key.startswith("intensity"))  # noqa: SIM118
         positions.append(np.array(values["position"], float).ravel())
         intensities.append(np.broadcast_to(np.array(values[colour], float).ravel(), 3))
-    colours = np.array(intensities)
-    spread = np.abs(colours - colours[:, :1]).max(initial=0)
-    grey = not spread > GREY * np.abs(colours).max(initial=0)
-    return PointLights(np.array(positions), colours[:, :1] if grey else colours)
+    lights = PointLights(np.array(positions), np.array(intensities))
+    colours = lights.intensities
+    grey = np.ptp(colours, axis=1).max() <= GREY * colours.max()
+    return PointLights(lights.positions, colours[:, :1]) if grey else lights
 
 
 def _check_parameters(path: Path, parameters: Mapping[str, Any]) -> None:
