@@ -1,6 +1,7 @@
 """Colour maps of the report, each legible to colour-blind eyes, and the camera's sRGB curve."""
 
 from io import BytesIO
+from typing import Any
 
 import matplotlib
 import matplotlib.image
@@ -90,8 +91,9 @@ def css(colour: Bytes) -> str:
 def png(pixels: Bytes) -> bytes:
     """Encode (h, w, 3 or 4) bytes as PNG, the same bytes for the same pixels."""
     file = BytesIO()
+    metadata: dict[str, Any] = {"Software": None}
     # A PNG that named the library's version would differ after an upgrade that changed nothing.
-    matplotlib.image.imsave(file, pixels, format="png", metadata={"Software": None})
+    matplotlib.image.imsave(file, pixels, format="png", metadata=metadata)
     return file.getvalue()
 
 

@@ -52,7 +52,17 @@ def environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    names = ("number", "percent", "metres", "seconds", "material", "noise", "intensity", "plain")
+    names = (
+        "number",
+        "percent",
+        "metres",
+        "seconds",
+        "material",
+        "noise",
+        "plain",
+        "briefly",
+        "moment",
+    )
     made.filters.update({name: getattr(words, name) for name in names})
     made.filters["url"] = lambda text: quote(text, safe="")
     made.globals.update(symbols=words.SYMBOLS, meanings=words.MEANINGS, order=ORDER)
@@ -108,7 +118,7 @@ def _load(path: Path) -> Piece[dict[str, Any]]:
     if not path.is_file():
         return Piece(None, f"this case left no {path.name}")
     try:
-        with np.load(path, allow_pickle=False) as arrays:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
             return Piece({name: arrays[name] for name in arrays.files}, "")
     except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, zlib.error):
         return Piece(None, f"{path.name} is broken")

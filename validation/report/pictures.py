@@ -92,7 +92,7 @@ def _picture(name: str, pixels: NDArray[np.floating]) -> NDArray[np.float64]:
 
 
 def _develop(linear: NDArray[np.float64], white: float) -> NDArray[np.uint8]:
-    fine = np.isfinite(linear).all(axis=-1)
+    fine = np.asarray(np.isfinite(linear).all(axis=-1))
     pixels = srgb(np.where(fine[..., None], linear, 0) / white)
     pixels[~fine] = NOT_FINITE
     return pixels

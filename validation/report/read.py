@@ -13,11 +13,16 @@ Count = Annotated[int, Field(ge=0)]
 Real = float | None  # null where a number was not finite
 Reals = Annotated[list[Real], BeforeValidator(lambda value: [] if value is None else value)]
 Vector = Annotated[list[Real], Field(min_length=3, max_length=3)]
-Error3 = Annotated[
+Vector3Error = Annotated[
     list[Real],
-    BeforeValidator(lambda value: value or [None] * 3),
+    BeforeValidator(lambda value: value or no_errors()),
     Field(min_length=3, max_length=3),
 ]
+
+
+def no_errors() -> list[Real]:
+    """Return the standard errors of a position whose errors are not known."""
+    return [None, None, None]
 
 
 class Part(BaseModel):
@@ -39,7 +44,7 @@ class TrueLight(Part):
 class FoundLight(TrueLight):
     """A found light with its standard errors and the bound D (Eq. 6) at its position."""
 
-    position_error: Error3 = Field(default_factory=lambda: [None] * 3)
+    position_error: Vector3Error = Field(default_factory=no_errors)
     intensity_error: Reals = Field(default_factory=list)
     bound: Reals = Field(default_factory=list)
 

@@ -70,7 +70,14 @@ def room_data(result: Result, arrays: Mapping[str, Array]) -> dict[str, Any]:
 
 
 def creases(vertices: Array, faces: Array, merge: float) -> NDArray[np.float32]:
-    """Return the edges (n, 2, 3) where a mesh ends or folds: those that show a room's shape."""
+    """Return the edges (n, 2, 3) where a mesh ends or folds: those that show a room's shape.
+
+    A square's diagonal is no such edge, even where each of its triangles has its own corners:
+
+    >>> square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 0, 0], [1, 1, 0], [0, 1, 0]])
+    >>> len(creases(square, np.arange(6).reshape(2, 3), 1e-6))
+    4
+    """
     if len(faces) == 0:
         return np.zeros((0, 2, 3), dtype=np.float32)
     cells = np.round(vertices / max(merge, np.finfo(np.float32).tiny))

@@ -47,6 +47,11 @@ def deviation(true: TrueLight, found: FoundLight) -> float | None:
     """Return the position's error in standard errors, the root mean square over the axes.
 
     About 1 where the standard errors are honest; None where one is missing or zero.
+
+    >>> true = TrueLight(position=[0, 0, 0], intensity=[1])
+    >>> deviation(true, FoundLight(position=[2, 2, 2], intensity=[1], position_error=[1, 1, 1]))
+    2.0
+    >>> deviation(true, FoundLight(position=[2, 2, 2], intensity=[1]))
     """
     squares = []
     for at, truth, error in zip(found.position, true.position, found.position_error, strict=True):

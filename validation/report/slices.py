@@ -76,7 +76,12 @@ def draw_slices(
 
 
 def section(room: Mapping[str, Array], height: float) -> NDArray[np.float64]:
-    """Return the segments (n, 2, 2) in which a room's triangles meet the plane z = height."""
+    """Return the segments (n, 2, 2) in which a room's triangles meet the plane z = height.
+
+    >>> room = {"vertices": np.array([[0, 0, 0], [2, 0, 0], [0, 0, 4]]), "faces": [[0, 1, 2]]}
+    >>> sorted(section(room, 2.0)[0].tolist()), len(section(room, 5.0))
+    ([[0.0, 0.0], [1.0, 0.0]], 0)
+    """
     triangles = np.asarray(room["vertices"], dtype=float)[np.asarray(room["faces"], dtype=int)]
     above = triangles[..., 2] >= height
     mixed = above.any(axis=1) & ~above.all(axis=1)
@@ -96,8 +101,12 @@ def _draw_d(folder: Path, values: Array) -> Slice:
     low, high = np.percentile(fine, D_PERCENTILES) if fine.size else (0.0, 1.0)
     # One scale however little D varies, so that round-off is not drawn as structure.
     low, high = (low, high) if high - low > 0.01 else (low - 0.5, high + 0.5)
-    picture = _save(folder, "D", paint(logarithm, low, high, "viridis"))
-    unbounded = fine.size < logarithm.size
+    dark = values == 0
+    picture = _save(folder, "D", paint(np.where(dark, low, logarithm), low, high, "viridis"))
+    notes = ["Darkest where D is 0: a surface that a light there would light is dark."]
+    notes = notes if dark.any() else []
+    if fine.size + dark.sum() < values.size:
+        notes.append("Blank where no observation bounds a light.")
     return Slice(
         symbol="D(p)",
         title="the brightest that a light at p can be",
@@ -108,7 +117,7 @@ def _draw_d(folder: Path, values: Array) -> Slice:
         stops=stops("viridis"),
         ticks=log_bar(float(low), float(high)),
         unit="W/sr, logarithmic",
-        note="Blank where no observation bounds a light." if unbounded else "",
+        note=" ".join(notes),
     )
 
 
@@ -149,7 +158,7 @@ def _draw_l(
         picture=_save(folder, "L", painted),
         stops=[css(place(at, low, high)) for at in upright],
         ticks=linear_bar(float(low[2]), float(high[2])),
-        unit="height of the limiting surface in m (hue of the right-hand wall)",
+        unit="height of that surface in m, in the hue of the right-hand wall",
         frame=axes.frame(lambda at: css(place(np.array([*at, z]), low, high)), FRAME_STEPS),
     )
 
@@ -160,12 +169,13 @@ def _draw_v(folder: Path, values: Array) -> Slice:
     return Slice(
         symbol="V(p)",
         title="the votes for a light at p",
-        caption="How many different surfaces limit the neighbourhood of p (Eq. 8): they agree on "
-        "one intensity there, and so vote for a light. Its peaks are the first candidates.",
+        caption="How many different surfaces limit the neighbourhood of p (Eq. 8), counted by the "
+        "distance from one to the next (section 4.3): they agree on one intensity there, and so "
+        "vote for a light. The peaks are the paper's first candidates.",
         picture=_save(folder, "V", paint(values.astype(float), 0.0, most, "magma")),
         stops=stops("magma"),
         ticks=linear_bar(0.0, most),
-        unit="votes",
+        unit="mean distance between neighbouring limiters in m",
     )
 
 
@@ -205,5 +215,5 @@ def near_words(slices: Slices) -> str:
     """Say which lights the slices show."""
     words = f"Lights within {metres(slices.near)} of the slice are drawn"
     if slices.elsewhere == 0:
-        return words + "; none lies farther off."
-    return words + f"; {slices.elsewhere} true or found lie farther off."
+        return words + "; none lies farther off"
+    return words + f"; {slices.elsewhere} true or found lie farther off"

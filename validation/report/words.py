@@ -3,10 +3,14 @@
 import math
 import re
 from collections.abc import Sequence
+from datetime import UTC, datetime
 
 from .read import Result
 
 NOTHING = "–"
+LEAST_PERCENT = 0.001
+THIN_SPACE = "\u202f"  # a narrow one that does not break
+GROUPED_FROM = 1e4
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 CONTROL = re.compile(
     r"\x1b\[[0-9;?]*[ -/]*[@-~]|[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]"
@@ -22,19 +26,31 @@ BRDFS = {"mixed": "mixed materials"}
 
 
 def number(value: float | None, digits: int = 3) -> str:
-    """Write a number with so many significant digits; a dash where there is none."""
+    """Write a number with so many significant digits; a dash where there is none.
+
+    >>> [number(value) for value in (None, float("inf"), 0, -0.5, 1.2345, 999.9, 1e6, 2.5e-7)]
+    ['–', '–', '0', '−0.5', '1.23', '1000', '10⁶', '2.5·10⁻⁷']
+    """
     if value is None or not math.isfinite(value):
         return NOTHING
     if value != 0 and not 1e-4 <= abs(value) < 1e6:
         mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
-        return f"{_minus(mantissa)}·10{str(int(exponent)).translate(SUPERSCRIPT)}"
-    text = f"{value:.{digits}g}"
-    return _minus(f"{float(text):,.0f}" if "e" in text else text)
+        power = "10" + str(int(exponent)).translate(SUPERSCRIPT)
+        return power if float(mantissa) == 1 else f"{_minus(f'{float(mantissa):g}')}·{power}"
+    text = f"{float(f'{value:.{digits}g}'):.15g}"
+    if abs(value) >= GROUPED_FROM:
+        text = f"{float(text):,.0f}".replace(",", THIN_SPACE)
+    return _minus(text)
 
 
 def percent(value: float | None) -> str:
     """Write a percentage, so that the eye can compare: two digits, and no more than needed."""
     return NOTHING if value is None else f"{number(value, 2)} %"
+
+
+def briefly(value: float | None) -> str:
+    """Write a percentage for a narrow cell, where below a thousandth nothing is to be seen."""
+    return f"< {LEAST_PERCENT} %" if value is not None and value < LEAST_PERCENT else percent(value)
 
 
 def metres(value: float | None) -> str:
@@ -82,6 +98,17 @@ def material(result: Result) -> str:
 def noise(value: float) -> str:
     """Name a noise level."""
     return "no noise" if value == 0 else f"{number(100 * value)} % noise"
+
+
+def moment(text: str) -> str:
+    """Write an ISO date and time as people do, in UTC; anything else is left as it stands."""
+    try:
+        when = datetime.fromisoformat(text)
+    except ValueError:
+        return text or "no date"
+    if when.tzinfo is None:
+        return when.strftime("%Y-%m-%d %H:%M")
+    return when.astimezone(UTC).strftime("%Y-%m-%d %H:%M UTC")
 
 
 def plain(text: str) -> str:

@@ -73,8 +73,7 @@ function swap(views) {
     split((event.clientX - box.left) / box.width);
   });
   document.addEventListener("keydown", (event) => {
-    const typing = event.target.closest("input:not([type=range]), textarea, select");
-    if (typing || event.ctrlKey || event.metaKey || event.altKey) return;
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
     const button = buttons[Number(event.key) - 1];
     if (button) show(button.dataset.view);
   });

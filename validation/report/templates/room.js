@@ -1,9 +1,8 @@
 "use strict";
 // The room in 3D. Points that turn their back to the viewer are left out, so that one looks in.
 
-const AMBER = "#ffb000";  // lights: found
-const WHITE = "#ffffff";  // lights: true
-const ROSE = "#ff5fa2";  // lights: ghosts and missed ones
+const MINT = "#35f0b0";  // found lights: a hue that neither colour map has
+const WHITE = "#ffffff";  // true lights
 const QUIET = "#8b95a1";
 const Z_STOPS = ["#69b7ff", "#3f78b5", "#6a7078", "#b5742a", "#ffae42"];
 
@@ -38,7 +37,7 @@ function drawRoom(stage) {
   const middle = room.low.map((low, axis) => low + size[axis] / 2);
   const aspect = size.map((side) => side / largest);
   const zooms = Math.hypot(...aspect);
-  let eye = [-0.62, -1.15, 0.72].map((part) => part * zooms);
+  let eye = [-0.49, -0.92, 0.54].map((part) => part * zooms);
   let colour = "brightness";
   let all = false;
 
@@ -110,11 +109,11 @@ function drawRoom(stage) {
       { type: "mesh3d", ...columns(corners), i: triangles.x, j: triangles.y, k: triangles.z,
         color: "#aab4c0", opacity: 0.06, hoverinfo: "skip", flatshading: true },
       { type: "scatter3d", mode: "lines", ...lines, line: { color: "#5d6875", width: 2 }, hoverinfo: "skip" },
-      { type: "scatter3d", mode: "lines", ...links, line: { color: AMBER, width: 4 }, hoverinfo: "skip" },
-      lights(pick(room.lights.found, "ghost", false), { symbol: "circle", size: 7, color: AMBER }),
-      lights(pick(room.lights.found, "ghost", true), { symbol: "x", size: 6, color: ROSE }),
+      { type: "scatter3d", mode: "lines", ...links, line: { color: MINT, width: 4 }, hoverinfo: "skip" },
+      lights(pick(room.lights.found, "ghost", false), { symbol: "circle", size: 7, color: MINT }),
+      lights(pick(room.lights.found, "ghost", true), { symbol: "diamond", size: 8, color: MINT }),
       lights(pick(room.lights.true, "missed", false), { symbol: "circle-open", size: 15, color: WHITE, line: { width: 3, color: WHITE } }),
-      lights(pick(room.lights.true, "missed", true), { symbol: "circle-open", size: 15, color: ROSE, line: { width: 3, color: ROSE } }),
+      lights(pick(room.lights.true, "missed", true), { symbol: "square-open", size: 14, color: WHITE, line: { width: 3, color: WHITE } }),
     ];
   }
 
@@ -125,8 +124,10 @@ function drawRoom(stage) {
     hoverlabel: { font: { family: "system-ui, sans-serif", size: 12 } }, uirevision: "kept",
     scene: { xaxis: axis(0, "x"), yaxis: axis(1, "y"), zaxis: axis(2, "z"), aspectmode: "manual", dragmode: "turntable",
       aspectratio: { x: aspect[0], y: aspect[1], z: aspect[2] }, uirevision: "kept",
-      camera: { eye: { x: eye[0], y: eye[1], z: eye[2] }, center: { x: 0, y: 0, z: -0.04 } } } };
-  const config = { displaylogo: false, responsive: true, modeBarButtonsToRemove: ["resetCameraLastSave3d", "orbitRotation", "tableRotation"] };
+      camera: { eye: { x: eye[0], y: eye[1], z: eye[2] }, center: { x: 0, y: 0, z: -0.09 } } } };
+  // Buttons are named one by one and no server is given: plotly's own set offers to upload the data.
+  const config = { displaylogo: false, responsive: true, plotlyServerURL: "",
+    modeBarButtons: [["toImage", "zoom3d", "pan3d", "tableRotation", "resetCameraDefault3d"]] };
   const redraw = () => Plotly.react(stage, [...fixed, pointTrace()], layout, config);
 
   stage.replaceChildren();
