@@ -26,7 +26,7 @@ test: setup  ## lint, type check, layers, tests
 	$(BIN)/python -m pytest
 
 bench: setup  ## benchmarks, as ratios within one run
-	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-enable
+	$(BIN)/python -m pytest tests/benchmarks --benchmark-only -s
 
 lock:  ## pin the versions that pip picks today
 	$(PYTHON) -m venv .lock

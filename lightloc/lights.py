@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from lightloc.checks import array, numbers
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PointLights:
     """Isotropic point lights.
 
@@ -96,7 +96,7 @@ class PointLights:
         if not len(self):
             return "no lights"
         rows = [
-            f"({', '.join(f'{a:.4f}' for a in p)}) m  {' '.join(f'{a:.4f}' for a in intensity)} W/sr"
-            for p, intensity in zip(self.positions, self.intensities, strict=True)
+            f"({', '.join(f'{a:.4f}' for a in p)}) m  {' '.join(f'{a:.4f}' for a in I)} W/sr"
+            for p, I in zip(self.positions, self.intensities, strict=True)
         ]
         return "\n".join(rows)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -26,6 +27,7 @@ def localize(
     bounds: ArrayLike | None = None,
     options: Options | None = None,
     seed: int = 0,
+    watch: Callable[[Step], None] = lambda step: None,
 ) -> Localization:
     """Find the lights: how many, where, how strong, and how sure that is.
 
@@ -36,6 +38,7 @@ def localize(
             bounding box where None.
         options: the search's defaults, replaced.
         seed: of the sample of observations and of the gathering rays.
+        watch: is told each step of the search as it is done.
 
     Raises:
         ValueError: the bounds are not a box, or interreflected light is to be removed and there
@@ -65,9 +68,9 @@ def localize(
     tight = whole.rows_of(some)
     loose = replace(tight, sigma=search_sigma(tight, o))
     dictionary = Dictionary.over(loose, Grid.over(region, o.cells))
-    best, history = grow(loose, tight, dictionary, o, beam=1)
+    best, history = grow(loose, tight, dictionary, o, 1, watch)
     if not is_explained(best, tight, o):
-        wider, more = grow(loose, tight, dictionary, o, beam=o.beam)
+        wider, more = grow(loose, tight, dictionary, o, o.beam, watch)
         best, history = min(((best, history), (wider, history + more)), key=lambda b: b[0].cost)
     if len(best):
         best = prune(whole, refine(whole, best.lights, o.outlier, o.thorough), o)
@@ -79,7 +82,8 @@ def localize(
 
 def working_sigma(q: Observations, o: Options) -> NDArray[np.float64]:
     """The observations' standard errors with the arithmetic's own on top."""
-    model = o.relative * np.abs(q.radiance) + o.absolute * np.abs(q.radiance).mean()
+    mean = np.abs(q.radiance).mean() or 1.0  # all dark: any unit serves
+    model = o.relative * np.abs(q.radiance) + o.absolute * mean
     floor = np.maximum(o.dark * np.median(q.sigma, axis=0), np.finfo(float).tiny)
     return np.maximum(np.hypot(q.sigma, model), floor)
 
@@ -113,7 +117,7 @@ def answer(
     return Localization(
         lights=lights,
         position_error=position_error,
-        intensity_error=errors[k * d :].reshape(k, -1),
+        intensity_error=errors[k * d :].reshape(k, q.channels),
         covariance=spread,
         bound=bound,
         residual=fit.residual,

@@ -15,10 +15,11 @@ from numpy.typing import ArrayLike, NDArray
 from lightloc import brdf
 from lightloc.checks import array, numbers, unit_vectors
 
+BELOW = 6.0  # standard errors below zero that noise may take a radiance to
 FORMAT = "lightloc-observations-1"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Observations:
     """The set Q of the paper's section 3.1 with its measured radiance B(q).
 
@@ -124,9 +125,9 @@ class Observations:
     def save(self, path: str | Path) -> None:
         """Write one ``.npz``, whole or not at all: same observations, same bytes.
 
-        Keys: ``format``; ``positions``, ``normals``, ``directions``, ``radiance``, ``sigma``, ``facets`` as
-        above (float64); ``interreflected`` (bool); ``material`` a type name, its parameters as
-        ``material.NAME``; for ``Mixed``, ``material.index`` and the parts under
+        Keys: ``format``; ``positions``, ``normals``, ``directions``, ``radiance``, ``sigma``,
+        ``facets`` (may be left out) as above (float64); ``interreflected`` (bool);
+        ``material`` a type name, its parameters as ``material.NAME``; for ``Mixed``, ``material.index`` and the parts under
         ``material.0``, ``material.1`` ...
         """
         keys: dict[str, Any] = {"format": np.array(FORMAT)}
@@ -167,8 +168,15 @@ class Observations:
                 radiance=np.where(B < 0, 0.0, B),
                 sigma=keys["sigma"],
                 material=_material_from("material", keys),
+                facets=keys.get("facets"),
                 interreflected=bool(keys["interreflected"]),
             )
+            if (result.sigma * -BELOW > B).any():
+                row = int(np.argmax((result.sigma * -BELOW > B).any(axis=1)))
+                raise ValueError(
+                    f"radiance[{row}] is {B[row].min():g}; expected at least 0, within {BELOW:g} "
+                    "standard errors"
+                )
             return result.with_radiance(B, keys["sigma"])
         except KeyError as missing:
             raise ValueError(f"{path}: field {missing} is missing") from None

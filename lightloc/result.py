@@ -29,7 +29,7 @@ class Step:
     chi2: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Localization:
     """What `localize` found.
 

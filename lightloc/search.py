@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-
 from numpy.typing import NDArray
 
 from lightloc.candidates import Dictionary
@@ -45,13 +44,19 @@ class Options:
 
 
 def grow(
-    loose: Problem, tight: Problem, dictionary: Dictionary, o: Options, beam: int
+    loose: Problem,
+    tight: Problem,
+    dictionary: Dictionary,
+    o: Options,
+    beam: int,
+    watch: Callable[[Step], None],
 ) -> tuple[Fit, list[Step]]:
     """Add lights one by one, keeping the ``beam`` best hypotheses, until nothing is left.
 
     Args:
         loose: the sampled observations with standard errors widened for the search.
         tight: the same with their own.
+        watch: is told each step as it is done.
 
     Returns the best fit to ``tight`` and the steps that led to it.
     """
@@ -78,6 +83,7 @@ def grow(
             key=lambda fit: fit.cost,
         )
         history.append(Step("add", len(sharp), sharp.cost / tight.rows))
+        watch(history[-1])
         gain = before - hypotheses[0].cost
         if gain < least_gain(1, hypotheses[0], o) and not significant(best, sharp, o):
             break

@@ -20,6 +20,9 @@ from lightloc.shading import Surfels, shading, shading_gradient, surfels
 INSIDE = 1e-6
 """Starts lie this share of the region inside its bounds: a start on a bound does not move."""
 
+FREE = 1e-12
+"""A parameter with less than this share in a direction that the data leave free has none in it."""
+
 
 @dataclass(frozen=True)
 class Problem:
@@ -130,12 +133,10 @@ def covariance(problem: Problem, lights: PointLights) -> NDArray[np.float64]:
     _, s, Vt = np.linalg.svd(J / size, full_matrices=False)
     seen = s > s.max(initial=0) * J.shape[0] * np.finfo(float).eps
     inverse = np.where(seen, 1 / np.where(seen, s, 1) ** 2, np.inf)
+    share = Vt[:, :, None] * Vt[:, None, :]
+    share[(np.abs(share) < FREE) & ~seen[:, None, None]] = 0.0
     with np.errstate(invalid="ignore"):
-        spread = np.where(
-            Vt[:, :, None] * Vt[:, None, :] == 0,
-            0,
-            Vt[:, :, None] * Vt[:, None, :] * inverse[:, None, None],
-        )
+        spread = np.where(share == 0, 0, share * inverse[:, None, None])
         return np.nansum(spread, axis=0) / np.outer(size, size)
 
 

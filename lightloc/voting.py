@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from lightloc.checks import array
 from lightloc.fields import NO_LIMITER, Grid
 
-DISCONTINUITY = 0.05  # T, of the scene's radius (section 4.2)
+DISCONTINUITY = 0.05  # T, of the scene's radius (section 4.2): beyond it lies the medial axis
+VOTING = 0.5  # of the scene's radius: the same for votes (measured; 0.05 votes for rings)
 MERGE = 0.10  # of the scene's radius: nearer peaks are one (section 4.3)
 CIRCLE = 8  # pixels on a circle of radius 1
 SOLID_ANGLE_PIECES = 20  # triangles of the icosahedron on the sphere (section 4.4)
@@ -67,20 +68,20 @@ def vote(grid: Grid, limiters: ArrayLike, positions: ArrayLike, radius: int = 1)
 
     >>> import numpy as np
     >>> grid = Grid([0, 0, 0], [3, 3, 0], (3, 3, 1))
-    >>> vote(grid, np.zeros(9, int), [[0.0, 0.0, 0.0]]).votes.max()
+    >>> float(vote(grid, np.zeros(9, int), [[0.0, 0.0, 0.0]]).votes.max())
     0.0
     """
     x = array("positions", positions, (None, 3))
     L = np.asarray(limiters).reshape(grid.shape)
     centre = (x.min(axis=0) + x.max(axis=0)) / 2
     scene_radius = float(np.linalg.norm(x - centre, axis=1).max())
-    T = DISCONTINUITY * scene_radius
+    T, reach = DISCONTINUITY * scene_radius, VOTING * scene_radius
     where = np.where((L == NO_LIMITER)[..., None], np.nan, x[np.where(L == NO_LIMITER, 0, L)])
     padded = np.pad(where, [(radius, radius)] * 3 + [(0, 0)], constant_values=np.nan)
     if grid.shape[2] == 1:
-        total, count, broken = _circle(padded, grid.shape, radius, T)
+        total, count, broken = _circle(padded, grid.shape, radius, T, reach)
     else:
-        total, count, broken = _sphere(padded, grid.shape, radius, T, centre)
+        total, count, broken = _sphere(padded, grid.shape, radius, T, reach, centre)
     return Votes(grid, np.where(count > 0, total / np.maximum(count, 1), 0.0), broken)
 
 
@@ -90,7 +91,7 @@ def _shifted(padded: NDArray, shape: tuple[int, int, int], radius: int, step: ND
 
 
 def _circle(
-    padded: NDArray, shape: tuple[int, int, int], radius: int, T: float
+    padded: NDArray, shape: tuple[int, int, int], radius: int, T: float, reach: float
 ) -> tuple[NDArray, NDArray, NDArray]:
     angles = 2 * np.pi * np.arange(CIRCLE * radius) / (CIRCLE * radius)
     ring = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1) * radius
@@ -102,7 +103,7 @@ def _circle(
         d = np.linalg.norm(
             _shifted(padded, shape, radius, a) - _shifted(padded, shape, radius, b), axis=-1
         )
-        near = d < T
+        near = d < reach
         total += np.where(near, d, 0)
         count += near
         broken |= d >= T
@@ -110,7 +111,12 @@ def _circle(
 
 
 def _sphere(
-    padded: NDArray, shape: tuple[int, int, int], radius: int, T: float, centre: NDArray
+    padded: NDArray,
+    shape: tuple[int, int, int],
+    radius: int,
+    T: float,
+    reach: float,
+    centre: NDArray,
 ) -> tuple[NDArray, NDArray, NDArray]:
     corners, faces = _icosahedron()
     steps = np.rint(corners * (radius if radius > 1 else 1.2)).astype(int).clip(-radius, radius)
@@ -121,7 +127,7 @@ def _sphere(
         longest = np.maximum.reduce(
             [np.linalg.norm(u - v, axis=-1) for u, v in ((a, b), (b, c), (c, a))]
         )
-        near = longest < T
+        near = longest < reach
         total += np.where(near, _solid_angle(a - centre, b - centre, c - centre), 0)
         count += near
         broken |= longest >= T

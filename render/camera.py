@@ -11,12 +11,15 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
+from render.film import borrow, likeness, smooth
 from render.material import material_at
 from render.observe import LANES, Transport, direct, indirect
 from render.room import Room
 from render.view import NOTHING, View, appearance
 
-GRID = 4  # a pixel's footprint is examined, and averaged, on this many rays squared
+GRID = 4  # rays squared over a pixel's footprint, its corners among them: no straight edge escapes
+_ENDS = np.where(np.arange(GRID) % (GRID - 1) == 0, 0.5, 1.0) / (GRID - 1)
+WEIGHTS = np.outer(_ENDS, _ENDS).ravel()  # of the trapezoidal rule, for the pixel's average
 SMOOTH = 0.1  # rad: a smooth footprint bends by less, and is seen at more than this angle
 SAME_BRDF = 0.02  # within one footprint the BRDF may vary by this share
 TINY = 1e-6  # share of the diagonal that is lost in rounding
@@ -30,13 +33,14 @@ def photograph(
     height: int | None = None,
     spp: int = 64,
     seed: int = 0,
-    transport: Transport = "direct",
+    transport: Transport = "full",
 ) -> View:
     """What the room's camera sees, layer by layer.
 
     The radiance of a pixel is B at the point that the ray through the pixel's centre hits, so
     that it belongs to the position, normal and BRDF beside it, and with direct light is exact
-    up to a shadow's edge. `View.film` is the average over the pixel, as a film records it.
+    up to a shadow's edge. `View.film` is the average over the pixel, as a film records it, with
+    the noise of its indirect light smoothed along surfaces.
 
     Args:
         sensor: which of the scene's sensors; it must be a ``perspective`` one (a pinhole).
@@ -58,41 +62,53 @@ def photograph(
     pixels = _pixels(room, sensor, width, height)
     si = room.scene.ray_intersect(pixels.rays(dr.arange(mi.UInt32, pixels.count)))
     dr.eval(si)
-    B, sigma = direct(room, si).copy(), np.zeros((pixels.count, 3))
-    pure, film = np.zeros(pixels.count, bool), np.zeros((pixels.count, 3))
-    for block in pixels.blocks():
-        pure[block], film[block] = _footprint(room, pixels, block, si)
-    if transport == "full":
-        more, sigma = indirect(room, si, spp, seed)
-        B = B + more
-        film += more
-        mixed = np.flatnonzero(~pure)
-        for first, block in enumerate(np.array_split(mixed, _blocks(len(mixed)))):
-            if not len(block):
-                continue  # every pixel is pure
-            film[block] += _mean_indirect(room, pixels, block, spp, seed + 1 + first) - more[block]
     shape = _shape_index(room, si)
     hit = shape != NOTHING
 
     def layer(values: NDArray) -> NDArray:
-        empty = hit.reshape(-1, *[1] * (values.ndim - 1))
-        return np.where(empty, values, 0).reshape(pixels.height, pixels.width, *values.shape[1:])
+        """As rows and columns, and 0 where nothing is hit."""
+        there = hit.reshape(-1, *[1] * (values.ndim - 1))
+        return np.where(there, values, 0).reshape(pixels.height, pixels.width, *values.shape[1:])
 
     albedo, roughness = np.zeros((pixels.count, 3)), np.zeros(pixels.count)
     if hit.any():
         seen = dr.gather(mi.SurfaceInteraction3f, si, mi.UInt32(np.flatnonzero(hit)))
         albedo[hit], roughness[hit] = appearance(material_at(seen), int(hit.sum()))
+    surface = {
+        "shape": shape.reshape(pixels.height, pixels.width),
+        "normal": layer(_numpy(_towards(si.sh_frame.n, si))),
+        "albedo": layer(albedo),
+        "roughness": layer(roughness),
+    }
+    position, B, variance = (
+        layer(_numpy(si.p)),
+        layer(direct(room, si)),
+        np.zeros((*shape.shape, 3)),
+    )
+    pure, film = np.zeros(pixels.count, bool), np.zeros((pixels.count, 3))
+    for block in pixels.blocks(np.arange(pixels.count)):
+        pure[block], film[block] = _footprint(room, pixels, block, si)
+    if transport == "full":
+        more, sigma = indirect(room, si, spp, seed)
+        B, variance = B + layer(more), sigma**2
+        steady = smooth(layer(more), **surface)
+        film += steady.reshape(-1, 3)
+        own = likeness(position, surface["normal"], surface["shape"], room.diagonal)
+        for block in pixels.blocks(np.flatnonzero(~pure)):
+            wanted = _likeness_of_rays(room, pixels, block)
+            film[block] += (
+                borrow(steady, own, block, wanted, WEIGHTS) - steady.reshape(-1, 3)[block]
+            )
     return View(
-        radiance=layer(B),
-        variance=layer(sigma**2),
-        position=layer(_numpy(si.p)),
-        normal=layer(_numpy(_towards(si.sh_frame.n, si))),
-        albedo=layer(albedo),
-        roughness=layer(roughness),
-        shape=shape.reshape(pixels.height, pixels.width),
+        radiance=B,
+        variance=layer(variance),
+        position=position,
+        facet=layer(_numpy(_towards(si.n, si))),
         pure=layer(pure),
-        film=film.reshape(pixels.height, pixels.width, 3),
+        film=np.maximum(film, 0).reshape(pixels.height, pixels.width, 3),
         camera=pixels.pinhole,
+        interreflected=transport == "full",
+        **surface,
     )
 
 
@@ -113,8 +129,10 @@ class _Pixels:
     def pinhole(self) -> NDArray:
         return np.array(self.sensor.world_transform().translation(), float).ravel()
 
-    def blocks(self) -> Iterator[NDArray]:
-        yield from np.array_split(np.arange(self.count), _blocks(self.count))
+    def blocks(self, chosen: NDArray) -> Iterator[NDArray]:
+        """Some pixels, in parts whose footprints fit into one wavefront."""
+        if len(chosen):
+            yield from np.array_split(chosen, -(-len(chosen) * GRID**2 // LANES))
 
     def rays(self, pixel: Any, across: Any = 0.5, down: Any = 0.5) -> Any:
         """Rays through a place in each pixel, (0.5, 0.5) being its centre."""
@@ -131,7 +149,7 @@ class _Pixels:
         pixel = dr.gather(mi.UInt32, mi.UInt32(block), lane // GRID**2)
         cell = lane % GRID**2
         across, down = mi.Float(cell % GRID), mi.Float(cell // GRID)
-        return self.rays(pixel, (across + 0.5) / GRID, (down + 0.5) / GRID), pixel
+        return self.rays(pixel, across / (GRID - 1), down / (GRID - 1)), pixel
 
 
 def _pixels(room: Room, sensor: int, width: int | None, height: int | None) -> _Pixels:
@@ -171,18 +189,18 @@ def _footprint(room: Room, pixels: _Pixels, block: NDArray, centre: Any) -> tupl
     same &= (mi.Frame3f.cos_theta(c.wi) > 0) | mi.has_flag(c.bsdf().flags(), mi.BSDFFlags.BackSide)
     B = np.where(np.array(si.is_valid())[:, None], direct(room, si), 0)
     pure = np.array(same).reshape(-1, GRID**2).all(axis=1)
-    return pure, B.reshape(-1, GRID**2, 3).mean(axis=1)
+    return pure, WEIGHTS @ B.reshape(-1, GRID**2, 3)
 
 
-def _mean_indirect(
-    room: Room, pixels: _Pixels, block: NDArray, spp: int, seed: int
-) -> NDArray[np.float64]:
-    """Indirect radiance averaged over pixels that are not one surface, (n, 3)."""
+def _likeness_of_rays(room: Room, pixels: _Pixels, block: NDArray) -> NDArray[np.float64]:
+    """(n, GRID^2, f) features of what the rays of some pixels hit; see `likeness`."""
     ray, _ = pixels.footprints(block)
     si = room.scene.ray_intersect(ray)
     dr.eval(si)
-    B, _ = indirect(room, si, max(2, spp // GRID**2), seed)
-    return B.reshape(-1, GRID**2, 3).mean(axis=1)
+    found = likeness(
+        _numpy(si.p), _numpy(_towards(si.sh_frame.n, si)), _shape_index(room, si), room.diagonal
+    )
+    return found.reshape(len(block), GRID**2, -1)
 
 
 def _fingerprint(si: Any) -> Any:
@@ -206,10 +224,6 @@ def _shape_index(room: Room, si: Any) -> NDArray[np.int32]:
         index[number == int(own[0])] = place
     index[~np.array(si.is_valid())] = NOTHING
     return index
-
-
-def _blocks(pixels: int) -> int:
-    return max(1, -(-pixels * GRID**2 // LANES))
 
 
 def _numpy(v: Any) -> NDArray[np.float64]:

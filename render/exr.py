@@ -2,19 +2,23 @@
 
 Layers and their channels are in `CHANNELS`, all of them float32; ``R``, ``G``, ``B`` are the
 radiance. Attributes: ``lightloc:format`` names the format and its version, ``lightloc:camera`` is
-the pinhole (3 floats, metres), and ``lightloc:crc32`` (hexadecimal; may be missing) is the CRC-32
-of the little-endian pixels in this order of channels, because EXR itself has no checksum.
+the pinhole (3 floats, metres), ``lightloc:transport`` is "direct" or "full" (with interreflected
+light), and ``lightloc:crc32`` (hexadecimal; may be missing) is the CRC-32 of the pixels in this
+order of channels, then of the camera, both little-endian, because EXR itself has no checksum.
 """
 
 from __future__ import annotations
 
+import contextlib
 import os
+import re
 import zlib
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import OpenImageIO as oiio
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from render.view import View
 
@@ -24,12 +28,15 @@ CHANNELS = {
     "variance": ("variance.R", "variance.G", "variance.B"),
     "position": ("position.X", "position.Y", "position.Z"),
     "normal": ("normal.X", "normal.Y", "normal.Z"),
+    "facet": ("facet.X", "facet.Y", "facet.Z"),
     "albedo": ("albedo.R", "albedo.G", "albedo.B"),
     "roughness": ("roughness.Y",),
     "shape": ("shape.I",),
     "pure": ("pure.I",),
     "film": ("film.R", "film.G", "film.B"),
 }
+NO_DATE = ""  # else OpenImageIO writes the present one, and no two files are the same
+LONGEST = 100  # characters of OpenImageIO's own words in a message
 MAGIC = b"\x76\x2f\x31\x01"  # the first bytes of every EXR file
 
 
@@ -51,7 +58,9 @@ def write_exr(view: View, path: str | Path) -> None:
     spec.attribute("compression", "zip")
     spec.attribute("lightloc:format", FORMAT)
     spec.attribute("lightloc:camera", oiio.TypeDesc("float[3]"), tuple(view.camera.tolist()))
-    spec.attribute("lightloc:crc32", f"{zlib.crc32(pixels.tobytes()):08x}")
+    spec.attribute("lightloc:transport", "full" if view.interreflected else "direct")
+    spec.attribute("lightloc:crc32", _checksum(pixels, view.camera))
+    spec.attribute("DateTime", NO_DATE)
     part = path.with_name(path.stem + ".part.exr")  # OpenImageIO goes by the extension
     try:
         file = oiio.ImageOutput.create(str(part))
@@ -61,8 +70,11 @@ def write_exr(view: View, path: str | Path) -> None:
         if not (file.close() and done):
             raise ValueError(f"{path}: can't be written ({_one_line(file.geterror())})")
         os.replace(part, path)
+    except OSError as error:
+        raise ValueError(f"{path}: can't be written ({error.strerror})") from None
     finally:
-        part.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            part.unlink()
 
 
 def read_exr(path: str | Path) -> View:
@@ -86,24 +98,32 @@ def read_exr(path: str | Path) -> View:
     if file is None:
         raise ValueError(f"{path}: a damaged EXR file ({_one_line(oiio.geterror())})")
     try:
-        layers, camera = _read(path, file)
+        parts = _read(path, file)
+    except UnicodeDecodeError:
+        raise ValueError(f"{path}: a damaged EXR file (a name in it is not text)") from None
     finally:
         file.close()
     try:
-        return View(**layers, camera=camera)
+        return View(**parts)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
 
 
-def _read(path: str | Path, file: oiio.ImageInput) -> tuple[dict[str, NDArray], NDArray]:
-    """The layers by name, and the camera."""
+def _read(path: str | Path, file: oiio.ImageInput) -> dict[str, Any]:
+    """The arguments of a View."""
     spec = file.spec()
-    found = spec.getattribute("lightloc:format")
-    if found != FORMAT:
-        raise ValueError(f"{path}: lightloc:format is {found}; expected {FORMAT}")
+    style, transport, checksum = (
+        spec.get_string_attribute(f"lightloc:{name}") for name in ("format", "transport", "crc32")
+    )
+    if style != FORMAT:
+        raise ValueError(f"{path}: lightloc:format is '{_one_line(style)}'; expected {FORMAT}")
+    if transport not in ("direct", "full"):
+        raise ValueError(
+            f"{path}: lightloc:transport is '{_one_line(transport)}'; expected direct or full"
+        )
     camera = spec.getattribute("lightloc:camera")
-    if camera is None:
-        raise ValueError(f"{path}: attribute lightloc:camera is missing")
+    if np.shape(camera) != (3,):
+        raise ValueError(f"{path}: attribute lightloc:camera is missing; expected 3 floats")
     place = {name: c for c, name in enumerate(spec.channelnames)}
     for name in (name for channels in CHANNELS.values() for name in channels):
         if name not in place:
@@ -115,13 +135,22 @@ def _read(path: str | Path, file: oiio.ImageInput) -> tuple[dict[str, NDArray], 
         layer: pixels[:, :, [place[name] for name in channels]]
         for layer, channels in CHANNELS.items()
     }
-    checksum = spec.getattribute("lightloc:crc32")
-    whole = np.concatenate(list(layers.values()), axis=2).astype("<f4")
-    if checksum is not None and checksum != f"{zlib.crc32(whole.tobytes()):08x}":
-        raise ValueError(f"{path}: pixels are damaged (their lightloc:crc32 differs)")
-    single = {layer: values[..., 0] for layer, values in layers.items() if values.shape[2] == 1}
-    return layers | single, np.array(camera, np.float32)
+    whole = np.concatenate(list(layers.values()), axis=2)
+    if checksum and checksum != _checksum(whole, camera):
+        raise ValueError(f"{path}: is damaged (its lightloc:crc32 differs)")
+    for layer, channels in CHANNELS.items():
+        if len(channels) == 1:
+            layers[layer] = layers[layer][..., 0]
+    return {**layers, "camera": camera, "interreflected": transport == "full"}
 
 
-def _one_line(error: str) -> str:
-    return " ".join(error.split()) or "OpenImageIO gave no reason"
+def _checksum(pixels: NDArray, camera: ArrayLike) -> str:
+    parts = (np.ascontiguousarray(part, "<f4").tobytes() for part in (pixels, camera))
+    return f"{zlib.crc32(b''.join(parts)):08x}"
+
+
+def _one_line(text: str) -> str:
+    """The first of OpenImageIO's complaints, short, without the path and code before each."""
+    parts = re.split(r"EXR Error \(.*?\): EXR_ERR_\w+", " ".join(text.split()))
+    first = next((part.strip() for part in parts if part.strip()), "")
+    return "".join(letter for letter in first if letter.isprintable())[:LONGEST]

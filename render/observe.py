@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any, Literal
 
@@ -37,6 +37,7 @@ def observe(
     transport: Transport = "full",
     noise: float = 0.0,
     shapes: Sequence[str] | None = None,
+    watch: Callable[[float], None] = lambda share: None,
 ) -> Observations:
     """Sample the room's surfaces by area and measure B(q) at each point.
 
@@ -48,6 +49,7 @@ def observe(
         noise: k of section 6.1: Gaussian noise of k sqrt(B mean(B)) on top (with mean(B) the
             unit, so that it does not depend on the unit of radiance).
         shapes: ids of the shapes to sample; all of them where None.
+        watch: is told the share that is done, while paths are traced.
 
     Raises:
         ValueError: an argument is out of range, a shape is unknown, or no point can be seen.
@@ -61,7 +63,7 @@ def observe(
     si = probe(room, x, w)
     B, sigma = direct(room, si), np.zeros((points, 3))
     if transport == "full":
-        more, sigma = indirect(room, si, spp, seed)
+        more, sigma = indirect(room, si, spp, seed, watch)
         B = B + more
     q = observations(si, B, sigma, room, interreflected=transport == "full")
     return add_noise(q, noise, seed) if noise else q
@@ -144,7 +146,13 @@ def direct(room: Room, si: Any) -> NDArray[np.float64]:
     return np.broadcast_to(_numpy(total), (dr.width(si), 3))
 
 
-def indirect(room: Room, si: Any, spp: int, seed: int) -> tuple[NDArray, NDArray]:
+def indirect(
+    room: Room,
+    si: Any,
+    spp: int,
+    seed: int,
+    watch: Callable[[float], None] = lambda share: None,
+) -> tuple[NDArray, NDArray]:
     """Interreflected radiance at interactions, and its standard error, each (n, 3).
 
     One BSDF-sampled bounce by hand, then Mitsuba's path integrator from there: what arrives
@@ -166,12 +174,14 @@ def indirect(room: Room, si: Any, spp: int, seed: int) -> tuple[NDArray, NDArray
         ray = here.spawn_ray(here.to_world(sample.wo))
         radiance, valid, _ = path.sample(room.scene, sampler, ray, active=dr.any(weight > 0))
         value = weight * dr.select(valid, radiance, 0)
+        dr.eval(value)  # or each sum would trace the paths again
         sums = [dr.block_sum(channel, spp) for channel in value]
         squares = [dr.block_sum(dr.square(channel), spp) for channel in value]
         dr.eval(sums, squares)
         m, m2 = np.array(sums, float).T / spp, np.array(squares, float).T / spp
         mean[first : first + count] = m
         error[first : first + count] = np.sqrt(np.maximum(m2 - m * m, 0) / (spp - 1))
+        watch((first + count) / n)
     return mean, _pooled(error, si, room.diagonal)
 
 

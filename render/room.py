@@ -19,6 +19,7 @@ from render.variant import use_mitsuba
 
 GREY = 1e-6  # channels that differ by less than this share are one channel
 TESSELLATION = 33  # nodes along u and v of a curved shape, for pictures
+NOT_FINITE = ("nan", "inf", "infinity")
 SHADOW_EPSILON = 8.9e-4  # share of a shadow ray left out at its far end, as in Mitsuba
 
 
@@ -194,11 +195,13 @@ def _lights(scene: Any) -> PointLights:
 
 def _check_parameters(path: Path, parameters: Mapping[str, Any]) -> None:
     known = set(re.findall(r"<default\s+name=\"([^\"]+)\"", path.read_text(errors="replace")))
-    for name in parameters:
+    for name, value in parameters.items():
         if name not in known:
             raise ValueError(
                 f"{path}: has no parameter '{name}' (it has: {', '.join(sorted(known)) or 'none'})"
             )
+        if _text(value).strip().lower().lstrip("+-") in NOT_FINITE:
+            raise ValueError(f"{path}: parameter '{name}' is {value}; expected a finite number")
 
 
 def _text(value: Any) -> str:

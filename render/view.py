@@ -19,6 +19,7 @@ DIFFUSE = 0.0  # roughness of a surface that is Lambert: it has no lobe to be ro
 OTHER = -1.0  # roughness where the BSDF is none of lightloc's; only the scene knows it
 NOTHING = -1  # shape index where the ray leaves the scene
 MATCH = 1e-4  # a pixel shows a room if the room's surface is this share of its diagonal away
+UNIT = 1.001  # the most that a unit vector's component may be
 SAME = 1e-3  # albedo and roughness of a view and its room may differ by this much
 
 
@@ -31,14 +32,17 @@ class View:
         variance: (h, w, 3) of the mean ``radiance``, its unit squared; 0 where that is exact.
         position: (h, w, 3) metres.
         normal: (h, w, 3) unit shading normal on the side that is seen.
+        facet: (h, w, 3) unit geometric normal on that side; ``normal`` but for smooth meshes.
         albedo: (h, w, 3) of the diffuse part; 0 for metal.
         roughness: (h, w) GGX alpha; `DIFFUSE` (0) for Lambert, `OTHER` (-1) for an unknown BSDF.
         shape: (h, w) int32, the shape's place in the scene; `NOTHING` (-1) where the ray misses,
             and there the other layers are 0.
         pure: (h, w) bool, whether the pixel's whole footprint is one smooth piece of one surface
             with one BRDF. A mixed pixel is no observation.
-        film: (h, w, 3) radiance averaged over the pixel (box filter): the picture to look at.
+        film: (h, w, 3) radiance averaged over the pixel (box filter), where indirect with less
+            noise: the picture to look at, not to measure.
         camera: (3,) the pinhole, metres.
+        interreflected: whether the radiance holds interreflected light too.
 
     Raises:
         ValueError: a shape does not fit, a value is not finite or out of range.
@@ -48,12 +52,14 @@ class View:
     variance: NDArray[np.float32]
     position: NDArray[np.float32]
     normal: NDArray[np.float32]
+    facet: NDArray[np.float32]
     albedo: NDArray[np.float32]
     roughness: NDArray[np.float32]
     shape: NDArray[np.int32]
     pure: NDArray[np.bool_]
     film: NDArray[np.float32]
     camera: NDArray[np.float32]
+    interreflected: bool
 
     def __init__(
         self,
@@ -62,12 +68,14 @@ class View:
         variance: ArrayLike,
         position: ArrayLike,
         normal: ArrayLike,
+        facet: ArrayLike,
         albedo: ArrayLike,
         roughness: ArrayLike,
         shape: ArrayLike,
         pure: ArrayLike,
         film: ArrayLike,
         camera: ArrayLike,
+        interreflected: bool,
     ) -> None:
         first = array("View.radiance", radiance, (None, None, 3), least=0.0)
         h, w = first.shape[:2]
@@ -80,13 +88,15 @@ class View:
         self._put("radiance", first)
         self._put("variance", array("View.variance", variance, colour, least=0.0))
         self._put("position", array("View.position", position, colour))
-        self._put("normal", array("View.normal", normal, colour, least=-1.0 - SAME, most=1 + SAME))
+        self._put("normal", array("View.normal", normal, colour, least=-UNIT, most=UNIT))
+        self._put("facet", array("View.facet", facet, colour, least=-UNIT, most=UNIT))
         self._put("albedo", array("View.albedo", albedo, colour, least=0.0))
         self._put("roughness", array("View.roughness", roughness, scalar, least=OTHER))
         self._put("shape", index, np.int32)
         self._put("pure", whole, np.bool_)
         self._put("film", array("View.film", film, colour, least=0.0))
         self._put("camera", array("View.camera", camera, (3,)))
+        object.__setattr__(self, "interreflected", bool(interreflected))
 
     def _put(self, name: str, value: NDArray, kind: type = np.float32) -> None:
         value = value.astype(kind)
@@ -146,10 +156,12 @@ def observe_view(
     return Observations(
         positions=x,
         normals=view.normal[used],
+        facets=view.facet[used],
         directions=w,
         radiance=B[:, :c],
         sigma=np.sqrt(view.variance[used].astype(float))[:, :c],
         material=material,
+        interreflected=view.interreflected,
     )
 
 

@@ -18,7 +18,6 @@ PASSED, FAILED, BAD_INPUT = 0, 1, 2
 app = typer.Typer(
     name="lightloc",
     help="Find the point lights that light a room: how many, where, and how strong.",
-    no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
@@ -34,6 +33,8 @@ SCENE = Annotated[str, typer.Argument(help="A Mitsuba XML file, or the name of a
 SET = Annotated[
     list[str], typer.Option("--set", help="A value for a scene parameter, as alpha=0.2.")
 ]
+
+SEED = Annotated[int, typer.Option(min=0, help="Of everything random: same seed, same bytes.")]
 
 
 @app.callback()
@@ -52,7 +53,7 @@ def render_command(
     ),
     points: Annotated[int, typer.Option(help="How many surface points are observed.")] = 4096,
     spp: Annotated[int, typer.Option(help="Path samples a point (full transport).")] = 256,
-    seed: int = 0,
+    seed: SEED = 0,
     transport: Transport = Transport.full,
     noise: Annotated[float, typer.Option(help="k of the shot noise, as 0.01.")] = 0.0,
     set_: SET = [],  # noqa: B006
@@ -64,20 +65,31 @@ def render_command(
     Example: lightloc render box_occluder -o seen.npz --lights truth.json
     """
     _writable(out, view, lights)
-    with _busy("rendering"):
+    from validation.progress import Bar
+
+    with Bar("rendering", total=1.0) as bar:
         import render
 
         room = render.load(scene, **_parameters(set_))
         seen = render.observe(
-            room, points=points, spp=spp, seed=seed, transport=transport.value, noise=noise
+            room,
+            points=points,
+            spp=spp,
+            seed=seed,
+            transport=transport.value,
+            noise=noise,
+            watch=bar.to,
         )
-        seen.save(out)
+        picture = (
+            render.photograph(room, spp=max(2, spp), seed=seed, transport=transport.value)
+            if view
+            else None
+        )
+        seen.save(_ready(out))
         if lights:
-            room.lights.save(lights)
-        if view:
-            render.write_exr(
-                render.photograph(room, spp=max(2, spp), seed=seed, transport=transport.value), view
-            )
+            room.lights.save(_ready(lights))
+        if view and picture:
+            render.write_exr(picture, _ready(view))
     print(f"{out}: {len(seen)} observations of {room.name}, {seen.channels} channel(s)")
 
 
@@ -91,14 +103,16 @@ def localize_command(
         "lights.json"
     ),
     set_: SET = [],  # noqa: B006
-    seed: int = 0,
+    seed: SEED = 0,
 ) -> None:
     """Find the lights that explain the observations.
 
     Example: lightloc localize seen.npz --scene box_occluder -o found.json
     """
     _writable(out)
-    with _busy("searching"):
+    from validation.progress import Bar
+
+    with Bar("searching") as bar:
         import render
         from lightloc import Observations, localize
 
@@ -108,8 +122,13 @@ def localize_command(
         else:
             seen = Observations.load(observations)
             seen = render.attach(seen, room) if room else seen
-        found = localize(seen, room.geometry if room else None, seed=seed)
-        found.lights.save(out)
+        found = localize(
+            seen,
+            room.geometry if room else None,
+            seed=seed,
+            watch=lambda step: bar.say(f"{step.lights} lights, chi-square {step.chi2:.3g}"),
+        )
+        found.lights.save(_ready(out))
     print(found)
 
 
@@ -157,13 +176,14 @@ def validate_command(
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder of the results.")] = Path(
         "report"
     ),
-    jobs: Annotated[int, typer.Option(help="Cases at a time; 0: one a core.")] = 0,
+    jobs: Annotated[int, typer.Option(min=0, help="Cases at a time; 0: one a core.")] = 0,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="List the cases and stop.")] = False,
 ) -> None:
     """Run a suite, each case in a process of its own. Exits with 1 where a case failed.
 
     Example: lightloc validate --case box_two-direct
     """
+    from validation.progress import Bar
     from validation.suite import read_suite, run
 
     name, cases = read_suite(suite)
@@ -176,9 +196,12 @@ def validate_command(
         for row in cases:
             print(f"{row.name:34} {row.claim}")
         return
+    from lightloc import backend
+
     _writable(out / "suite.json")
-    with _progress(len(cases)) as done:
-        summary = run(name, cases, out, jobs or os.cpu_count() or 1, _again(suite), done)
+    backend.current()  # else every case would crash, and say so at length
+    with Bar("cases", total=len(cases)) as bar:
+        summary = run(name, cases, out, jobs or os.cpu_count() or 1, _again(suite), bar.case)
     print(
         f"{summary['passed']} passed, {summary['failed']} failed, {summary['crashed']} crashed, "
         f"{summary['shown']} shown, in {summary['seconds']:.0f} s"
@@ -193,9 +216,10 @@ def report_command(
     ),
 ) -> None:
     """Draw OUT/index.html from results; renders nothing."""
+    from validation.progress import Bar
     from validation.report import write
 
-    with _busy("drawing"):
+    with Bar("drawing"):
         page = write(out)
     print(page)
 
@@ -215,12 +239,24 @@ def doctor_command() -> None:
 def main() -> None:
     """Entry point: one plain sentence and exit code 2 for bad input."""
     try:
-        app()
-    except (ValueError, RuntimeError, OSError, ImportError) as error:
-        if os.environ.get("LIGHTLOC_DEBUG"):
+        sys.exit(app(sys.argv[1:] or ["--help"], standalone_mode=False))
+    except Exception as error:
+        said = _sentence(error)
+        if said is None or os.environ.get("LIGHTLOC_DEBUG"):
             raise
-        print(f"lightloc: {error}", file=sys.stderr)
+        print(f"lightloc: {said}", file=sys.stderr)
         sys.exit(BAD_INPUT)
+
+
+def _sentence(error: Exception) -> str | None:
+    """What to say of an error on one line; None of one that is no user's doing."""
+    if hasattr(error, "format_message"):  # typer's, of an option or a command
+        text = error.format_message()
+    elif isinstance(error, (ValueError, RuntimeError, OSError, ImportError, MemoryError)):
+        text = str(error)
+    else:
+        return None
+    return " ".join(text.split())
 
 
 def _again(suite: str) -> Any:
@@ -233,7 +269,7 @@ def _again(suite: str) -> Any:
 
 def _parameters(settings: list[str]) -> dict[str, str]:
     for setting in settings:
-        if "=" not in setting:
+        if not all(setting.partition("=")):
             raise ValueError(f"--set {setting}: expected NAME=VALUE, as alpha=0.2")
     return dict(setting.split("=", 1) for setting in settings)
 
@@ -250,48 +286,12 @@ def _writable(*paths: Path | None) -> None:
             parent = parent.parent
         if not parent.is_dir() or not os.access(parent, os.W_OK):
             raise ValueError(f"{path}: can't be written there")
+
+
+def _ready(path: Path) -> Path:
+    """The path, with its folder made: only now that there is something to write."""
+    try:
         path.parent.mkdir(parents=True, exist_ok=True)
-
-
-def _busy(what: str) -> Any:
-    """A spinner with the time that has passed; nothing where nobody looks."""
-    from rich.console import Console
-
-    console = Console(stderr=True)
-    return console.status(what) if console.is_terminal else _Quiet()
-
-
-class _Quiet:
-    def __enter__(self) -> None:
-        return None
-
-    def __exit__(self, *_: object) -> None:
-        return None
-
-
-class _progress:
-    """A bar with what is left on a terminal, else a line for each case that is not passed."""
-
-    def __init__(self, total: int) -> None:
-        from rich.console import Console
-        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
-        from rich.progress import TimeRemainingColumn as Left
-
-        console = Console(stderr=True)
-        self.live = console.is_terminal
-        columns = (BarColumn(), MofNCompleteColumn(), Left(), TextColumn("{task.description}"))
-        self.bar = Progress(*columns, console=console, disable=not self.live)
-        self.task = self.bar.add_task("", total=total)
-
-    def __enter__(self) -> Any:
-        self.bar.start()
-        return self.done
-
-    def __exit__(self, *_: object) -> None:
-        self.bar.stop()
-
-    def done(self, result: dict[str, Any]) -> None:
-        self.bar.update(self.task, advance=1, description=result["name"])
-        if result["outcome"] in ("failed", "crashed"):
-            why = " ".join(result.get("why", []))
-            self.bar.console.print(f"{result['outcome']} {result['name']}: {why}", markup=False)
+    except OSError as error:
+        raise ValueError(f"{path}: can't be written there ({error.strerror})") from None
+    return path

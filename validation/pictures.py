@@ -27,6 +27,7 @@ def save_room(path: Path, room: Room, seen: Observations, z: NDArray) -> None:
         vertices=vertices.astype(np.float32),
         faces=faces.astype(np.int32),
         points=seen.positions.astype(np.float32),
+        normals=seen.normals.astype(np.float32),
         radiance=seen.radiance.astype(np.float32),
         residual=z.astype(np.float32),
     )
@@ -37,7 +38,7 @@ def save_fields(path: Path, room: Room, seen: Observations, found: Localization)
     lower, upper = seen.bounds
     lower[2] = upper[2] = room.lights.brightest_first().positions[0, 2]
     grid = Grid.over([lower, upper], SLICE)
-    q = seen.with_radiance(np.maximum(found.direct, 0), found.sigma)
+    q = seen.with_radiance(found.direct, found.sigma)
     D, L = intensity_distance(q, grid.points, room.geometry, margin=MARGIN)
     V = vote(grid, L[:, 0], q.positions, VOTE_RADIUS).votes
 

@@ -32,7 +32,7 @@ class Case(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    name: str = Field(pattern=r"^[A-Za-z0-9._-]+$")
+    name: str = Field(pattern=r"^[A-Za-z0-9_-][A-Za-z0-9._-]*$")  # a folder's name
     scene: str
     claim: str
     brdf: Literal["diffuse", "conductor", "plastic", "mixed"]
@@ -70,8 +70,10 @@ def read_suite(path: str | Path) -> tuple[str, list[Case]]:
         raise ValueError(f"{file}: {error}") from None
     defaults = content.get("defaults", {})
     rows = content.get("case", [])
-    if not isinstance(rows, list) or not rows:
+    if not isinstance(rows, list) or not rows or not all(isinstance(row, dict) for row in rows):
         raise ValueError(f"{file}: has no [[case]]")
+    if not isinstance(defaults, dict):
+        raise ValueError(f"{file}: defaults is no table; expected [defaults]")
     cases = []
     for row in rows:
         try:

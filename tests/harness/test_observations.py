@@ -9,7 +9,7 @@ import pytest
 from lightloc import Conductor, Lambert, Mixed, Observations, Plastic, PointLights
 from lightloc.brdf import BRDF
 
-ARRAYS = ("positions", "normals", "directions", "radiance", "sigma")
+ARRAYS = ("positions", "normals", "directions", "radiance", "sigma", "facets")
 
 
 MATERIALS: dict[str, BRDF] = {
@@ -40,8 +40,9 @@ def four(material: BRDF, rng: np.random.Generator) -> Observations:
         directions=v[2],
         radiance=np.zeros((4, 3)),
         material=material,
+        facets=v[1][::-1],
     )
-    return q.with_radiance(rng.normal(size=(4, 3)), rng.random((4, 3)))
+    return q.with_radiance(rng.normal(size=(4, 3)), 1 + rng.random((4, 3)))
 
 
 def same_material(one: BRDF, other: BRDF) -> None:

@@ -20,6 +20,7 @@ def moved(q: Observations, turn: np.ndarray, shift: np.ndarray, scale: float = 1
         q,
         positions=scale * q.positions @ turn.T + shift,
         normals=q.normals @ turn.T,
+        facets=q.facets @ turn.T,
         directions=q.directions @ turn.T,
     )
 
@@ -88,7 +89,7 @@ def test_order_of_observations(sample, facing, rng):
     material = q.material
     if isinstance(material, Mixed):
         material = Mixed(material.brdfs, material.index[order])
-    rows = ("positions", "normals", "directions", "radiance", "sigma")
+    rows = ("positions", "normals", "directions", "radiance", "sigma", "facets")
     shuffled = replace(q, material=material, **{name: getattr(q, name)[order] for name in rows})
     S = shading(q, LIGHTS.positions)
     np.testing.assert_array_equal(shading(shuffled, LIGHTS.positions), S[order])

@@ -1,0 +1,410 @@
+"""The command line, as a user meets it: bad input ends with one plain sentence and exit code 2."""
+
+from __future__ import annotations
+
+import os
+import re
+import struct
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import lightloc
+import render
+
+LIGHTLOC = Path(sys.executable).with_name("lightloc")
+ROOM = render.room.find("box_one").read_text()
+LIGHT = re.search(r"<emitter.*?</emitter>", ROOM, re.S).group(0)
+SMALL = ("--points", "32", "--transport", "direct", "-o", "seen.npz")
+OLD_LLVM = sorted(
+    {file.resolve() for file in Path("/usr/lib/x86_64-linux-gnu").glob("libLLVM-1[456]*.so*")}
+)
+CORNERS = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+ROW = '[[case]]\nname="a"\nscene="box_one"\nclaim="A."\nbrdf="diffuse"\nposition_percent=1\n'
+GOOD_ROW = ROW + "intensity_percent=5\n"
+
+
+def lightloc_command(*arguments: Any, cwd: Path, **environment: str) -> Any:
+    """Run the console script as a user would."""
+    return subprocess.run(
+        [LIGHTLOC, *map(str, arguments)],
+        cwd=cwd,
+        env=os.environ | environment,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
+    )
+
+
+def contents(folder: Path) -> set[Path]:
+    return set(folder.rglob("*"))
+
+
+def assert_refused(folder: Path, arguments: tuple[str, ...], *said: str, **environment: str):
+    """Exit code 2, one line on stderr with all of ``said``, and the folder as it was."""
+    before = contents(folder)
+    done = lightloc_command(*arguments, cwd=folder, **environment)
+    assert done.returncode == 2, (done.returncode, done.stdout, done.stderr)
+    (line,) = done.stderr.splitlines()
+    assert line.startswith("lightloc: "), line
+    for words in said:
+        assert words in line, line
+    assert not done.stdout
+    assert contents(folder) == before
+
+
+def lit(**attributes: str) -> str:
+    """The room with its light's intensity or position replaced."""
+    light = LIGHT
+    for name, value in attributes.items():
+        light = re.sub(rf'(name="{name}" (?:value|x)=")[^"]*', rf"\g<1>{value}", light)
+    assert light != LIGHT
+    return ROOM.replace(LIGHT, light)
+
+
+def with_shape(shape: str) -> str:
+    return ROOM.replace("</scene>", f"{shape}</scene>")
+
+
+AREA = '<emitter type="area"><rgb name="radiance" value="1"/></emitter>'
+SCENES = {
+    "not XML": ("hello", "room.xml", "XML"),
+    "empty": ("", "room.xml", "XML"),
+    "cut short": (ROOM[: len(ROOM) // 2], "room.xml", "mismatch"),
+    "no light": (ROOM.replace(LIGHT, ""), "room.xml", "no point emitter"),
+    "area light": (
+        with_shape(f'<shape type="rectangle">{AREA}</shape>'),
+        *("room.xml", "AreaLight", "expected point emitters"),
+    ),
+    "sky": (with_shape('<emitter type="constant" id="sky"/>'), "'sky'", "expected point"),
+    "no surface": (re.sub(r"<shape.*?</shape>", "", ROOM, flags=re.S), "room.xml", "no surface"),
+    "unknown BSDF": (ROOM.replace('"diffuse"', '"velvet"', 1), "room.xml", "velvet", "bsdf"),
+    "unknown shape": (ROOM.replace('"rectangle"', '"oval"', 1), "room.xml", "oval", "shape"),
+    "nan intensity": (lit(intensity="nan"), "room.xml", "intensities", "nan", "finite"),
+    "infinite intensity": (lit(intensity="inf"), "room.xml", "intensities", "inf", "finite"),
+    "negative intensity": (lit(intensity="-3"), "room.xml", "intensities", "-3", "at least 0"),
+    "nan position": (lit(position="nan"), "room.xml", "positions", "nan", "finite"),
+    "intensity in words": (lit(intensity="bright"), "room.xml", "bright"),
+}
+
+
+@pytest.mark.parametrize("case", SCENES)
+def test_bad_scene_is_refused(case, tmp_path):
+    """A scene that can't be used is named, with what is wrong."""
+    text, *said = SCENES[case]
+    (tmp_path / "room.xml").write_text(text)
+    assert_refused(tmp_path, ("render", "room.xml", *SMALL), *said)
+
+
+def ascii_ply(corners: Any = CORNERS, face: Any = (0, 1, 2)) -> bytes:
+    """A PLY file of one triangle, as text."""
+    points = "".join(" ".join(map(str, corner)) + "\n" for corner in corners)
+    return (header("ascii", len(corners)) + points + "3 {} {} {}\n".format(*face)).encode()
+
+
+def binary_ply(corners: Any = CORNERS, face: Any = (0, 1, 2), order: str = "<") -> bytes:
+    """The same in bytes, of either byte order."""
+    kind = "binary_little_endian" if order == "<" else "binary_big_endian"
+    points = np.array(corners, f"{order}f4").tobytes()
+    return header(kind, len(corners)).encode() + points + struct.pack(f"{order}B3I", 3, *face)
+
+
+def header(kind: str, count: int) -> str:
+    return (
+        f"ply\nformat {kind} 1.0\nelement vertex {count}\n"
+        "property float x\nproperty float y\nproperty float z\n"
+        "element face 1\nproperty list uchar uint vertex_indices\nend_header\n"
+    )
+
+
+FAR, NAN = (0, 1, 2_000_000_000), [[0, 0, float("nan")], *CORNERS[1:]]
+OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
+MESHES = {
+    "index out of range": ("m.ply", binary_ply(face=FAR), "face 0", "2000000000", "below 3"),
+    "index one too far": ("m.ply", binary_ply(face=(0, 1, 3)), "vertex 3", "below 3"),
+    "big-endian": ("m.ply", binary_ply(face=FAR, order=">"), "face 0", "below 3"),
+    "index out of range in text": ("m.ply", ascii_ply(face=(0, 1, 7)), "vertex 7", "below 3"),
+    "nan corner": ("m.ply", binary_ply(NAN), "invalid vertex"),
+    "cut short": ("m.ply", binary_ply()[:-3], "13 bytes"),
+    "no mesh": ("m.ply", b"hello", "header"),
+    "missing": ("m.ply", None, "no such file"),
+    "obj index out of range": ("m.obj", (OBJ + "f 1 2 9\n").encode(), "vertex 9"),
+    "obj nan corner": ("m.obj", (OBJ.replace("1", "nan") + "f 1 2 3\n").encode(), "invalid"),
+    "obj without faces": ("m.obj", OBJ.encode(), "no face"),
+}
+
+
+def mesh_scene(folder: Path, name: str, content: bytes | None) -> None:
+    """room.xml with the mesh file in a folder beside it."""
+    (folder / "meshes").mkdir()
+    if content is not None:
+        (folder / "meshes" / name).write_bytes(content)
+    file = f'<string name="filename" value="meshes/{name}"/>'
+    (folder / "room.xml").write_text(
+        with_shape(f'<shape type="{name.split(".")[-1]}">{file}</shape>')
+    )
+
+
+@pytest.mark.parametrize("case", MESHES)
+def test_bad_mesh_is_refused(case, tmp_path):
+    """A broken mesh is named and refused before Mitsuba builds a scene on it, which crashes."""
+    name, content, *said = MESHES[case]
+    mesh_scene(tmp_path, name, content)
+    assert_refused(tmp_path, ("render", "room.xml", *SMALL), "room.xml", name, *said)
+
+
+@pytest.mark.parametrize("content", [ascii_ply(), binary_ply(), binary_ply(order=">")])
+def test_whole_mesh_is_taken(content, tmp_path):
+    """The control: the same meshes with indices in range are loaded."""
+    mesh_scene(tmp_path, "m.ply", content)
+    assert len(render.load(tmp_path / "room.xml").scene.shapes()) == 7
+
+
+RENDER = {
+    "missing scene": (("nope.xml",), "nope.xml", "no such scene file"),
+    "unknown parameter": (("box_one", "--set", "shade=3"), "'shade'", "max_depth"),
+    "alpha in words": (("box_conductor", "--set", "alpha=abc"), "box_conductor", "abc"),
+    "alpha negative": (("box_conductor", "--set", "alpha=-1"), "alpha", "-1"),
+    "alpha nan": (("box_plastic", "--set", "alpha=nan"), "alpha", "nan"),
+    "alpha empty": (("box_conductor", "--set", "alpha="), "alpha", "NAME=VALUE"),
+    "no value": (("box_conductor", "--set", "alpha"), "alpha", "NAME=VALUE"),
+    "no points": (("box_one", "--points", "0"), "points >= 1", "0"),
+    "points in words": (("box_one", "--points", "many"), "--points", "integer"),
+    "points beyond memory": (("box_one", "--points", "1000000000000"), "allocate"),
+    "noise 2": (("box_one", "--noise", "2"), "noise < 1", "2"),
+    "noise nan": (("box_one", "--noise", "nan"), "noise < 1", "nan"),
+    "one sample": (("box_one", "--spp", "1"), "spp >= 2"),
+    "negative seed": (("box_one", "--seed", "-1"), "--seed", "0"),
+    "transport": (("box_one", "--transport", "some"), "--transport", "'direct', 'full'"),
+    "option": (("box_one", "--zork"), "--zork"),
+    "no scene": ((), "scene"),
+    "output is a folder": (("box_one", "-o", "."), ".: is a folder"),
+    "output under a file": (("box_one", "-o", "file/seen.npz"), "file/seen.npz"),
+    "output under /proc": (("box_one", "-o", "/proc/x/seen.npz"), "/proc/x/seen.npz"),
+    "lights in a folder": (("box_one", "--lights", "."), ".: is a folder"),
+    "new folder, no scene": (("nope", "-o", "new/folder/seen.npz"), "nope"),
+}
+
+
+@pytest.mark.parametrize("case", RENDER)
+def test_bad_option_of_render_is_refused(case, tmp_path):
+    """A value out of range is named, with the range."""
+    arguments, *said = RENDER[case]
+    (tmp_path / "file").write_text("a file")
+    own = SMALL if "-o" not in arguments else SMALL[:-2]
+    own = own[2:] if "--points" in arguments else own
+    own = (
+        tuple(a for a in own if a not in ("--transport", "direct")) if "some" in arguments else own
+    )
+    assert_refused(tmp_path, ("render", *arguments, *own), *said)
+
+
+@pytest.fixture(scope="module")
+def arrays(load) -> dict[str, Any]:
+    """The arrays of a good observations file."""
+    seen = render.observe(load("box_one"), points=32, transport="direct")
+    names = ("positions", "normals", "directions", "radiance", "sigma", "interreflected")
+    return {
+        "format": "lightloc-observations-1",
+        **{name: getattr(seen, name) for name in names},
+        "material": "Lambert",
+        "material.albedo": np.array(0.5),
+    }
+
+
+def first(value: float) -> Any:
+    """Put a value in an array's first row."""
+
+    def change(array: np.ndarray) -> np.ndarray:
+        return np.concatenate([np.full_like(array[:1], value), array[1:]])
+
+    return change
+
+
+OBSERVATIONS = {
+    "nan radiance": ({"radiance": first(np.nan)}, "radiance[0][0]", "nan", "finite"),
+    "infinite radiance": ({"radiance": first(np.inf)}, "radiance[0][0]", "inf", "finite"),
+    "nan position": ({"positions": first(np.nan)}, "positions[0][0]", "nan", "finite"),
+    "zero normal": ({"normals": first(0.0)}, "normals[0]", "zero", "unit"),
+    "negative sigma": ({"sigma": first(-1.0)}, "sigma[0][0]", "-1", "at least 0"),
+    "fewer normals": ({"normals": lambda a: a[1:]}, "normals", "(31, 3)", "(32, 3)"),
+    "fewer radiances": ({"radiance": lambda a: a[1:]}, "radiance", "(31, 1)", "(32, any)"),
+    "no points": (
+        {n: lambda a: a[:0] for n in ("positions", "normals", "directions", "radiance", "sigma")},
+        "empty",
+    ),
+    "another format": ({"format": lambda a: "else"}, "format", "else"),
+    "albedo -1": ({"material.albedo": lambda a: np.array(-1.0)}, "albedo", "-1", "at least 0"),
+    "unknown material": ({"material": lambda a: "Velvet"}, "material", "Velvet"),
+    "interreflected, no scene": ({"interreflected": lambda a: True}, "geometry"),
+}
+
+
+@pytest.mark.parametrize("case", OBSERVATIONS)
+def test_bad_observations_are_refused(case, arrays, tmp_path):
+    """The file and the field are named; nothing is searched."""
+    changes, *said = OBSERVATIONS[case]
+    changed = {name: change(arrays[name]) for name, change in changes.items()}
+    np.savez(tmp_path / "seen.npz", **{**arrays, **changed})
+    file = () if case.startswith("interreflected") else ("seen.npz",)
+    assert_refused(tmp_path, ("localize", "seen.npz"), *file, *said)
+
+
+def test_negative_radiance_is_taken_within_noise(arrays, tmp_path):
+    """Noise and the removal of indirect light leave B below zero, so a file may hold it."""
+    B = arrays["radiance"] - 1e-3
+    np.savez(tmp_path / "seen.npz", **{**arrays, "radiance": B, "sigma": np.full_like(B, 1e-2)})
+    assert (lightloc.Observations.load(tmp_path / "seen.npz").radiance == B).all()
+
+
+def test_unreadable_observations_are_refused(arrays, tmp_path):
+    """Missing, text, empty, cut short: the file is named, and no library's words are."""
+    assert_refused(tmp_path, ("localize", "gone.npz"), "gone.npz", "no such file")
+    np.savez(tmp_path / "seen.npz", **arrays)
+    whole = (tmp_path / "seen.npz").read_bytes()
+    for content in (b"hello", b"", whole[: len(whole) // 2]):
+        (tmp_path / "seen.npz").write_bytes(content)
+        assert_refused(tmp_path, ("localize", "seen.npz"), "seen.npz", "not an observations file")
+
+
+LIGHTS = {
+    "broken": b'{"lights": [',
+    "empty": b"",
+    "bytes": bytes(range(128, 256)),
+    "a list": b"[]",
+    "no intensity": b'{"lights": [{"position": [0, 0, 0]}]}',
+    "nan": b'{"lights": [{"position": [0, 0, NaN], "intensity": [1]}]}',
+    "in 2D": b'{"lights": [{"position": [0, 0], "intensity": [1]}]}',
+}
+
+
+@pytest.mark.parametrize("case", LIGHTS)
+def test_bad_lights_are_refused(case, tmp_path):
+    """A lights file that is none is named."""
+    (tmp_path / "found.json").write_bytes(LIGHTS[case])
+    assert_refused(tmp_path, ("compare", "found.json", "found.json"), "found.json")
+
+
+SUITES = {
+    "missing": (None, "suite.toml", "no such suite"),
+    "broken": ("[[case", "suite.toml", "Expected ']]'"),
+    "no case": ('name = "a"', "suite.toml", "[[case]]"),
+    "cases are numbers": ("case = [1, 2]", "suite.toml", "[[case]]"),
+    "defaults are a number": ("defaults = 3\n" + GOOD_ROW, "suite.toml", "defaults"),
+    "unknown key": (GOOD_ROW + "colour = 3\n", "suite.toml", "'a'", "colour"),
+    "wrong type": (GOOD_ROW + 'points = "many"\n', "suite.toml", "'a'", "points", "integer"),
+    "no limit": (ROW, "suite.toml", "'a'", "intensity_percent", "required"),
+    "out of range": (GOOD_ROW + "noise = 2\n", "suite.toml", "'a'", "noise", "less than 1"),
+    "same name twice": (GOOD_ROW + GOOD_ROW, "suite.toml", "two cases", "'a'"),
+    "name that is a path": (GOOD_ROW.replace('"a"', '"../a"'), "suite.toml", "'../a'", "name"),
+    "name that is the folder above": (GOOD_ROW.replace('"a"', '".."'), "suite.toml", "name"),
+}
+
+
+@pytest.mark.parametrize("case", SUITES)
+def test_bad_suite_is_refused(case, tmp_path):
+    """The file, the case and the field are named before anything runs."""
+    text, *said = SUITES[case]
+    if text is not None:
+        (tmp_path / "suite.toml").write_text(text)
+    assert_refused(tmp_path, ("validate", "--suite", "suite.toml", "-o", "run"), *said)
+
+
+def test_other_bad_commands_are_refused(tmp_path):
+    """An unknown case or command, a report on nothing, an impossible number of jobs."""
+    assert_refused(tmp_path, ("validate", "--case", "nope"), "standard", "'nope'")
+    assert_refused(tmp_path, ("validate", "--jobs", "-1"), "--jobs", "0")
+    assert_refused(tmp_path, ("report", "."), "suite.json is missing")
+    assert_refused(tmp_path, ("report", "gone"), "gone/suite.json is missing")
+    assert_refused(tmp_path, ("frobnicate",), "frobnicate")
+
+
+def test_debug_shows_the_traceback(tmp_path):
+    """What a developer needs is one option away."""
+    done = lightloc_command("--debug", "render", "nope.xml", cwd=tmp_path)
+    assert done.returncode != 0
+    assert "Traceback" in done.stderr
+    assert "ValueError: nope.xml: no such scene file" in done.stderr
+
+
+def test_help_loads_nothing_heavy(tmp_path):
+    """--help answers before the renderer, the solver or the drawing could have loaded."""
+    done = subprocess.run(
+        [sys.executable, "-X", "importtime", LIGHTLOC, "--help"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    loaded = {line.rsplit("|", 1)[-1].strip().split(".")[0] for line in done.stderr.splitlines()}
+    assert {"typer", "validation"} <= loaded  # the control: the list is read right
+    heavy = {
+        "mitsuba",
+        "drjit",
+        "scipy",
+        "numpy",
+        "matplotlib",
+        "plotly",
+        "pydantic",
+        "OpenImageIO",
+    }
+    assert not loaded & heavy
+    for command in ("render", "localize", "compare", "validate", "report", "doctor"):
+        assert command in done.stdout
+    assert lightloc_command(cwd=tmp_path).stdout == done.stdout
+
+
+def test_doctor_says_what_runs(tmp_path):
+    """doctor prints the LLVM version and that a tiny render works."""
+    done = lightloc_command("doctor", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    rows = dict(re.split(r"\s{2,}", line, maxsplit=1) for line in done.stdout.splitlines())
+    version = lightloc.backend.llvm_version()
+    assert rows["LLVM"] == ".".join(map(str, version))
+    assert rows["lightloc"] == lightloc.__version__
+    assert "works" in done.stdout
+
+
+@pytest.mark.parametrize("library", [*OLD_LLVM, "/no/such/libLLVM.so"], ids=str)
+def test_llvm_that_would_abort_is_refused(library, tmp_path):
+    """An LLVM that Dr.Jit aborts on, or none, ends each command with one sentence of ours.
+
+    Dr.Jit's own lines about the library may stand before it.
+    """
+    (tmp_path / "suite.toml").write_text(GOOD_ROW)
+    for arguments in (
+        ("render", "box_one", *SMALL),
+        ("validate", "--suite", "suite.toml"),
+        ("doctor",),
+    ):
+        before = contents(tmp_path)
+        done = lightloc_command(*arguments, cwd=tmp_path, DRJIT_LIBLLVM_PATH=str(library))
+        assert done.returncode == 2, (done.returncode, done.stderr)
+        *theirs, ours = done.stderr.splitlines()
+        assert ours.startswith("lightloc: Dr.Jit needs libLLVM")
+        assert str(library) in ours
+        assert all(line.startswith("jit") for line in theirs)
+        assert contents(tmp_path) == before
+
+
+def test_round_trip(tmp_path):
+    """render, localize, compare: 0 for the room that was rendered, 1 for another."""
+    found = ("found.json", "--within", "0.1", "--intensity", "0.5")
+    points = ("--points", "512", "--transport", "direct")
+    for arguments, code, said in (
+        (("render", "box_two", *points, "-o", "new/seen.npz"), 0, "512 observations of box_two"),
+        (("localize", "new/seen.npz", "--scene", "box_two", "-o", "found.json"), 0, "2 light(s)"),
+        (("compare", found[0], "box_two", *found[1:]), 0, "precision 1.00, recall 1.00"),
+        (("compare", found[0], "box_three", *found[1:]), 1, "2 found, 3 true"),
+    ):
+        done = lightloc_command(*arguments, cwd=tmp_path)
+        assert done.returncode == code, (arguments, done.stdout, done.stderr)
+        assert said in done.stdout
+        assert not done.stderr
+    files = sorted(str(file.relative_to(tmp_path)) for file in contents(tmp_path))
+    assert files == ["found.json", "new", "new/seen.npz"]

@@ -1,0 +1,257 @@
+"""A suite runs every case whatever becomes of the others, goes on where it stopped, and leaves
+results that the report draws without a renderer."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import shutil
+import stat
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import render
+import validation.suite
+from validation.suite import Case, read_suite, run
+
+LIGHTLOC = Path(sys.executable).with_name("lightloc")
+TRUE, FOUND = {"position", "intensity"}, {"position_error", "intensity_error", "bound"}
+
+TINY = """
+name = "tiny"
+[defaults]
+points = 512
+brdf = "diffuse"
+claim = "A small case."
+position_percent = 0.1
+intensity_percent = 0.5
+[[case]]
+name = "box"
+scene = "box_one"
+[[case]]
+name = "gone"
+scene = "no_such_scene"
+[[case]]
+name = "strict"
+scene = "box_one"
+noise = 0.05
+position_percent = 1e-9
+"""
+
+KEYS = {
+    *("schema", "name", "scene", "claim", "brdf", "alpha", "transport", "noise", "gated"),
+    *("points", "spp", "seed", "parameters", "outcome", "why", "limits", "diagonal", "lights"),
+    *("comparison", "rerender", "search", "seconds", "peak_mb", "command", "made"),
+}
+CRASHED = {
+    *("schema", "name", "scene", "claim", "brdf", "alpha", "transport", "noise", "gated"),
+    *("outcome", "why", "command", "made"),
+}
+
+# stands in for the interpreter: a child that dies of a signal, or is done at once
+CHILD = """#!{python}
+import json, os, signal, sys
+order = json.loads(sys.stdin.read())
+from validation.suite import Case, fingerprint, write_json
+from pathlib import Path
+case = Case(**order["case"])
+if case.name == "killed":
+    os.kill(os.getpid(), signal.SIGSEGV)
+content = {{"outcome": "passed", "name": case.name, "fingerprint": fingerprint(case)}}
+write_json(Path(sys.argv[3]) / "result.json", content)
+"""
+
+
+@pytest.fixture(scope="module")
+def tiny(tmp_path_factory) -> Any:
+    """(process, folder) of a real run of three cases: one passes, one crashes, one fails."""
+    out = tmp_path_factory.mktemp("tiny")
+    (out / "tiny.toml").write_text(TINY)
+    command = [LIGHTLOC, "validate", "--suite", "tiny.toml", "--out", "run", "--jobs", "2"]
+    done = subprocess.run(command, cwd=out, capture_output=True, text=True, check=False)
+    return done, out / "run"
+
+
+def result(out: Path, name: str) -> dict[str, Any]:
+    return json.loads((out / "cases" / name / "result.json").read_text())
+
+
+def test_every_case_has_its_outcome(tiny):
+    """One passes, one crashes, one fails: the run ends with 1 and names the last two."""
+    done, out = tiny
+    assert done.returncode == 1, done.stderr
+    outcomes = {name: result(out, name)["outcome"] for name in ("box", "gone", "strict")}
+    assert outcomes == {"box": "passed", "gone": "crashed", "strict": "failed"}
+    assert "1 passed, 1 failed, 1 crashed, 0 shown" in done.stdout
+    assert len(done.stderr.splitlines()) == 2
+    assert "crashed gone: " in done.stderr
+    assert "no_such_scene: no such scene file" in done.stderr
+    assert "failed strict: The worst position is off by" in done.stderr
+    assert not list(out.rglob("*.part"))
+
+
+def test_summary_counts_the_run(tiny):
+    """suite.json holds the cases in the suite's order and how many came out how."""
+    summary = json.loads((tiny[1] / "suite.json").read_text())
+    assert (summary["schema"], summary["suite"]) == (1, "tiny")
+    assert summary["cases"] == ["box", "gone", "strict"]
+    assert [summary[kind] for kind in ("passed", "failed", "crashed", "shown")] == [1, 1, 1, 0]
+    assert summary["seconds"] > 0
+    assert summary["peak_mb"] > 0
+    assert summary["started"]
+
+
+def test_result_holds_what_the_report_reads(tiny):
+    """Every key of schema 1, with finite numbers of the right shapes, and the arrays beside it."""
+    _, out = tiny
+    assert set(result(out, "gone")) == CRASHED
+    assert "no such scene file" in result(out, "gone")["why"][-1]
+    for name in ("box", "strict"):
+        r = result(out, name)
+        assert set(r) >= KEYS
+        assert r["command"] == f"lightloc validate --suite tiny.toml --case {name}"
+        assert [set(light) for light in r["lights"]["true"]] == [TRUE]
+        assert [set(light) for light in r["lights"]["found"]] == [TRUE | FOUND]
+        assert r["comparison"]["pairs"][0]["found"] == 0
+        assert len(r["comparison"]["pairs"][0]["intensity_percent"]) == 1
+        assert r["comparison"]["worst_position_percent"] is not None
+        assert set(r["rerender"]) == {"z_mean", "z_std", "relative_rms"}
+        assert {"reason", "message", "history", "chi2_per_dof"} <= set(r["search"])
+        assert {"step", "lights", "chi2", "detail"} <= set(r["search"]["history"][0])
+        assert {"load", "observe", "localize", "judge", "total"} <= set(r["seconds"])
+        assert {"date", "commit", "versions"} <= set(r["made"])
+        assert set(r["made"]["versions"]) == {"lightloc", "mitsuba", "drjit", "python"}
+        arrays = {
+            file: set(np.load(out / "cases" / name / f"{file}.npz"))
+            for file in ("room", "fields", "view")
+        }
+        assert arrays["room"] >= {"vertices", "faces", "points", "radiance", "residual"}
+        assert arrays["fields"] >= {"D", "L", "limiter", "V", "extent", "height"}
+        assert arrays["view"] >= {"rendered", "rerendered"}
+        assert (out / "cases" / name / "view.exr").stat().st_size
+
+
+def test_report_needs_no_renderer(tiny, tmp_path):
+    """The report is drawn from the files where neither Mitsuba nor Dr.Jit can be imported."""
+    out = tmp_path / "run"
+    shutil.copytree(tiny[1], out)
+    blocked = (
+        "import sys; sys.modules.update(mitsuba=None, drjit=None)\n"
+        "from pathlib import Path\n"
+        "from validation.report import write\n"
+        "print(write(Path(sys.argv[1])))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", blocked, str(out)], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    page = out / "index.html"
+    assert done.stdout.strip() == str(page)
+    text = page.read_text()
+    assert all(name in text for name in ("box", "gone", "strict"))
+
+
+def rows(*names: str, **more: Any) -> list[Case]:
+    common = {"scene": "box_one", "claim": "A small case.", "brdf": "diffuse"}
+    limits = {"position_percent": 0.1, "intensity_percent": 0.5}
+    return [Case(**{**common, **limits, **more, "name": name}) for name in names]
+
+
+@pytest.fixture
+def quick(monkeypatch, tmp_path) -> Callable[..., tuple[dict[str, Any], dict[str, int]]]:
+    """Run cases into tmp_path/run with quick children; gives the summary and when each was made."""
+    child = tmp_path / "python"
+    child.write_text(CHILD.format(python=sys.executable))
+    child.chmod(child.stat().st_mode | stat.S_IXUSR)
+    monkeypatch.setattr(validation.suite.sys, "executable", str(child))
+    out = tmp_path / "run"
+
+    def go(cases: list[Case]) -> tuple[dict[str, Any], dict[str, int]]:
+        summary = run("quick", cases, out, jobs=2, command=lambda case: "again")
+        files = {case.name: out / "cases" / case.name / "result.json" for case in cases}
+        return summary, {name: file.stat().st_mtime_ns for name, file in files.items()}
+
+    return go
+
+
+def test_a_child_that_dies_fails_its_case_alone(quick, tmp_path):
+    """Killed by a signal, a case has crashed, says of what, and the others still run."""
+    summary, _ = quick(rows("one", "killed", "two"))
+    assert (summary["passed"], summary["crashed"]) == (2, 1)
+    crashed = result(tmp_path / "run", "killed")
+    assert set(crashed) == CRASHED
+    assert crashed["why"] == ["the case's process ended with -11"]
+
+
+def test_a_child_that_hangs_is_ended(quick, monkeypatch):
+    """A case that runs too long has crashed; here anything is too long."""
+    monkeypatch.setattr(validation.suite, "TIMEOUT", 1e-3)
+    summary, _ = quick(rows("slow"))
+    assert summary["crashed"] == 1
+
+
+def test_a_run_goes_on_where_it_stopped(quick, tmp_path):
+    """Of a run that was cut short, only what is missing or broken is run again."""
+    names = ("one", "two", "three")
+    cases = rows(*names)
+    _, first = quick(cases)
+    assert quick(cases)[1] == first
+    folder = tmp_path / "run" / "cases"
+    (folder / "two" / "result.json").unlink()
+    (folder / "three" / "result.json").write_text('{"outcome": "pas')
+    summary, second = quick(cases)
+    assert {name for name in names if second[name] != first[name]} == {"two", "three"}
+    assert summary["passed"] == 3
+
+
+def test_a_crashed_case_is_tried_again(quick):
+    """What crashed is never kept: the next run tries it again."""
+    _, first = quick(rows("killed"))
+    summary, second = quick(rows("killed"))
+    assert summary["crashed"] == 1
+    assert second != first
+
+
+def test_a_stale_result_is_made_again(quick, tmp_path):
+    """A row that changed, or a result of other code, is run again, and no other."""
+    _, first = quick(rows("one", "two"))
+    _, second = quick(rows("one") + rows("two", seed=1))
+    assert second["one"] == first["one"]
+    assert second["two"] != first["two"]
+    file = tmp_path / "run" / "cases" / "one" / "result.json"
+    file.write_text(file.read_text().replace('"fingerprint": "', '"fingerprint": "0'))
+    _, third = quick(rows("one") + rows("two", seed=1))
+    assert third["one"] != second["one"]
+    assert third["two"] == second["two"]
+
+
+def test_standard_suite_is_complete():
+    """Every standard scene, both transports, all three noises, 40 rows or more, no name twice."""
+    name, cases = read_suite("standard")
+    assert name == "standard"
+    assert len(cases) >= 40
+    names = [case.name for case in cases]
+    assert len(set(names)) == len(names)
+    assert {case.scene for case in cases} == set(render.standard_scenes())
+    every = set(itertools.product(("direct", "full"), (0.0, 0.01, 0.05)))
+    assert {(case.transport, case.noise) for case in cases} == every
+    assert {case.brdf for case in cases} == {"diffuse", "conductor", "plastic", "mixed"}
+    assert sum(case.gated for case in cases) >= 40
+    assert all(case.claim.endswith(".") for case in cases)
+    seeds = [case.seed for case in cases]
+    assert len(set(seeds)) == len(seeds)
+
+
+def test_standard_rows_load(load):
+    """Each row's scene and parameters load, and its lights lie inside the room."""
+    for case in read_suite("standard")[1]:
+        room = load(case.scene, **case.parameters)
+        lights = np.array(case.lights)[:, :3] if case.lights else room.lights.positions
+        lower, upper = room.bounds
+        assert ((lights > lower) & (lights < upper)).all(), case.name

@@ -1,0 +1,170 @@
+"""Prose that runs: docstring examples, the README's blocks, and its table of symbols.
+
+In the README, fenced ``python`` blocks run one after another, as one reader would type them; in
+``console`` blocks the lines that begin with ``$ lightloc`` run, in a folder of their own. What
+begins otherwise is left to the reader, ``$ make`` too. The symbol table is the Markdown table
+that begins ``| letter | name | file |``.
+"""
+
+from __future__ import annotations
+
+import ast
+import doctest
+import importlib
+import pkgutil
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+import lightloc
+import render
+import validation
+
+ROOT = Path(__file__).parents[2]
+README = (ROOT / "README.md").read_text()
+PACKAGES = (lightloc, render, validation)
+FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
+RUNS_FOR = 300  # seconds at most for one shell line of the README
+SYMBOLS = re.compile(r"\| *letter *\| *name *\| *file *\|.*\n\|[-| :]+\|\n((?:\|.*\n?)+)")
+
+
+def modules() -> list[str]:
+    """Names of all modules of the three packages."""
+    names = [package.__name__ for package in PACKAGES]
+    for package in PACKAGES:
+        names += [
+            module.name
+            for module in pkgutil.walk_packages(package.__path__, package.__name__ + ".")
+            if not module.name.endswith("__main__")
+        ]
+    return names
+
+
+def blocks(language: str) -> list[str]:
+    """The README's fenced blocks in a language."""
+    return re.findall(rf"^```{language}\n(.*?)^```", README, flags=re.MULTILINE | re.DOTALL)
+
+
+def commands(text: str) -> list[str]:
+    """The ``$ lightloc`` lines of console text, continued lines joined."""
+    joined = text.replace("\\\n", " ")
+    return [line[2:] for line in joined.splitlines() if line.startswith("$ lightloc")]
+
+
+def symbols(text: str) -> list[tuple[str, str, str]]:
+    """The rows (letter, name, file) of the symbol table."""
+    found = SYMBOLS.search(text)
+    if not found:
+        return []
+    rows = [re.split(r"(?<!\\)\|", row.strip().strip("|")) for row in found[1].splitlines()]
+    return [(r[0].strip(), r[1].strip(" `"), r[2].strip(" `")) for r in rows]
+
+
+def names_in(path: Path) -> set[str]:
+    """Every name that a file defines: functions, classes, arguments, fields and variables."""
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            found.add(node.name)
+        elif isinstance(node, ast.arg):
+            found.add(node.arg)
+        elif isinstance(node, ast.Name):
+            found.add(node.id)
+        elif isinstance(node, ast.Attribute):
+            found.add(node.attr)
+    return found
+
+
+def missing_symbols(rows: list[tuple[str, str, str]]) -> list[str]:
+    """The rows whose name is not in their file, or whose file is not there."""
+    wrong = []
+    for letter, name, file in rows:
+        path = ROOT / file
+        parts = name.removesuffix("()").split(".")
+        if not path.is_file() or not set(parts) <= names_in(path):
+            wrong.append(f"{letter}: {name} is not in {file}")
+    return wrong
+
+
+@pytest.mark.parametrize("name", modules())
+def test_docstring_examples(name):
+    """Every example in a docstring gives what it says."""
+    module = importlib.import_module(name)
+    failed, _ = doctest.testmod(module, optionflags=FLAGS)
+    assert not failed
+
+
+def test_examples_exist():
+    """Negative control: the examples are found at all, and a wrong one fails."""
+    finder = doctest.DocTestFinder()
+    tests = [t for name in modules() for t in finder.find(importlib.import_module(name))]
+    assert sum(bool(t.examples) for t in tests) >= 10
+    wrong = ModuleType("wrong", ">>> 1 + 1\n3\n")
+    failed, tried = doctest.testmod(wrong, optionflags=FLAGS, report=False, verbose=False)
+    assert (failed, tried) == (1, 1)
+
+
+@pytest.mark.parametrize("name", lightloc.__all__)
+def test_public_names_are_documented(name):
+    """Every public name says what it is."""
+    thing = getattr(lightloc, name)
+    doc = thing.__doc__ or ""
+    assert doc.strip(), f"lightloc.{name} has no docstring"
+    assert not doc.startswith(f"{name}("), (
+        f"lightloc.{name} has a dataclass's own signature for one"
+    )
+
+
+def test_readme_python(tmp_path, monkeypatch):
+    """The README's Python blocks run, in order, from the project's root."""
+    monkeypatch.chdir(ROOT)
+    space: dict = {"__name__": "readme"}
+    for number, block in enumerate(blocks("python"), start=1):
+        exec(compile(block, f"README.md, Python block {number}", "exec"), space)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    """One folder for all shell lines: a later one may read what an earlier one wrote."""
+    return tmp_path_factory.mktemp("readme")
+
+
+@pytest.mark.parametrize("line", [c for block in blocks("console") for c in commands(block)])
+def test_readme_shell(line, folder):
+    """Each ``$ lightloc`` line of the README runs and ends well."""
+    scenes = folder / "scenes"
+    if not scenes.exists():
+        scenes.symlink_to(ROOT / "scenes")
+    program = [str(Path(sys.executable).parent / "lightloc"), *shlex.split(line, comments=True)[1:]]
+    done = subprocess.run(program, cwd=folder, capture_output=True, text=True, timeout=RUNS_FOR)
+    assert done.returncode == 0, f"$ {line}\n{done.stdout[-2000:]}\n{done.stderr[-2000:]}"
+
+
+def test_shell_lines_are_found():
+    """Only ``lightloc`` runs; a continued line is one command."""
+    text = "$ make report\n$ lightloc validate --case a \\\n  --out b\nlightloc: output\n"
+    text += "$ lightloc -h\n"
+    assert [shlex.split(c) for c in commands(text)] == [
+        ["lightloc", "validate", "--case", "a", "--out", "b"],
+        ["lightloc", "-h"],
+    ]
+
+
+def test_symbol_table():
+    """Every letter of the paper has its name in the file that the README says."""
+    assert not missing_symbols(symbols(README))
+
+
+def test_a_wrong_symbol_is_seen():
+    """Negative control: a name that its file does not hold, or no such file, is noticed."""
+    head = "| letter | name | file |\n| --- | --- | --- |\n"
+    right = head + "| D(p) | `intensity_distance` | `lightloc/fields.py` |\n"
+    assert symbols(right) == [("D(p)", "intensity_distance", "lightloc/fields.py")]
+    assert not missing_symbols(symbols(right))
+    wrong = head + "| D | `distance` | `lightloc/fields.py` |\n| V | `vote` | `lightloc/v.py` |\n"
+    assert len(missing_symbols(symbols(wrong))) == 2
