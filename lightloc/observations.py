@@ -125,10 +125,10 @@ class Observations:
     def save(self, path: str | Path) -> None:
         """Write one ``.npz``, whole or not at all: same observations, same bytes.
 
-        Keys: ``format``; ``positions``, ``normals``, ``directions``, ``radiance``, ``sigma``,
-        ``facets`` (may be left out) as above (float64); ``interreflected`` (bool);
-        ``material`` a type name, its parameters as ``material.NAME``; for ``Mixed``, ``material.index`` and the parts under
-        ``material.0``, ``material.1`` ...
+        Keys: ``format``; ``positions``, ``normals``, ``directions``, ``radiance``, ``sigma`` and
+        ``facets`` (may be left out) as above, float64; ``interreflected``, bool; ``material`` a
+        type name, its parameters as ``material.NAME``; for ``Mixed``, ``material.index`` and the
+        parts under ``material.0``, ``material.1`` ...
         """
         keys: dict[str, Any] = {"format": np.array(FORMAT)}
         for name in ("positions", "normals", "directions", "radiance", "sigma", "facets"):

@@ -25,6 +25,7 @@ from lightloc import Localization, Observations, PointLights, localize
 from render.room import Room
 from validation.match import RADIUS, Comparison, compare
 from validation.pictures import save_fields, save_room, save_view
+from validation.sphere import judge_sphere
 from validation.suite import SCHEMA, Case, fingerprint, write_json
 
 RERENDER_SPP = 256  # its noise is known and counted
@@ -47,13 +48,17 @@ def run_case(case: Case, folder: Path, command: str) -> dict[str, Any]:
     clock.lap("localize")
     verdict = compare(found.lights, room.lights, room.diagonal)
     again = rerender(case, room, seen, found.lights)
+    why = reasons(case, verdict)
+    sphere = None
+    if case.closed_form:
+        sphere, more = judge_sphere(seen, room.lights, room.geometry, case.seed)
+        why += more
     clock.lap("judge")
     z = found.residual.mean(axis=1)
     save_room(folder / "room.npz", room, seen, z)
     save_fields(folder / "fields.npz", room, seen, found)
     save_view(folder, room, found.lights, case.transport, case.seed)
     clock.lap("pictures")
-    why = reasons(case, verdict)
     result = {
         "schema": SCHEMA,
         **case.model_dump(
@@ -74,6 +79,7 @@ def run_case(case: Case, folder: Path, command: str) -> dict[str, Any]:
         "lights": {"true": _true(room.lights), "found": _found(found)},
         "comparison": _comparison(verdict),
         "rerender": again,
+        "closed_form": sphere,
         "search": _search(found),
         "seconds": clock.laps(),
         "peak_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024,

@@ -44,6 +44,7 @@ class Case(BaseModel):
     spp: int = Field(256, ge=2, le=65_536)
     seed: int = Field(0, ge=0)
     gated: bool = True
+    closed_form: bool = False  # also judge B itself, in the integrating sphere
     position_percent: float = Field(gt=0)
     intensity_percent: float = Field(gt=0)
 

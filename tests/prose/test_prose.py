@@ -157,6 +157,7 @@ def test_shell_lines_are_found():
 
 def test_symbol_table():
     """Every letter of the paper has its name in the file that the README says."""
+    assert symbols(README)
     assert not missing_symbols(symbols(README))
 
 

@@ -124,6 +124,14 @@ class Made(Part):
     versions: dict[str, str | None] = Field(default_factory=dict)
 
 
+class ClosedForm(Part):
+    """The integrating sphere: z-scores of B, and the direct light recovered (RMS, percent)."""
+
+    z_mean: Real = None
+    z_std: Real = None
+    direct_rms_percent: Real = None
+
+
 class Result(Part):
     """One case. A crashed case has no lights, comparison or search."""
 
@@ -146,6 +154,7 @@ class Result(Part):
     lights: Lights | None = None
     comparison: Comparison | None = None
     rerender: Rerender | None = None
+    closed_form: ClosedForm | None = None
     search: Search | None = None
     seconds: dict[str, Real] = Field(default_factory=dict)
     peak_mb: Real = None
