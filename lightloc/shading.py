@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lightloc.backend import types
-from lightloc.brdf import Scatter, channels_last
+from lightloc.brdf import Scatter
 from lightloc.checks import array
 from lightloc.geometry import RAY_OFFSET, Geometry
 from lightloc.lights import PointLights
 from lightloc.observations import Observations
+from lightloc.parameters import channels_last
 
 LANES = 1 << 22
 """Most (q, p) pairs in one kernel launch: 4 Mi pairs keep temporaries under 200 MB."""

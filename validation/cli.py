@@ -172,7 +172,7 @@ def compare_command(
 @app.command("validate")
 def validate_command(
     suite: Annotated[str, typer.Option(help="A suite's TOML file, or 'standard'.")] = "standard",
-    case: Annotated[list[str], typer.Option(help="Run only the case of this name.")] = [],  # noqa: B006
+    case: Annotated[list[str], typer.Option(help="Run this case only, and again.")] = [],  # noqa: B006
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder of the results.")] = Path(
         "report"
     ),
@@ -201,7 +201,15 @@ def validate_command(
     _writable(out / "suite.json")
     backend.current()  # else every case would crash, and say so at length
     with Bar("cases", total=len(cases)) as bar:
-        summary = run(name, cases, out, jobs or os.cpu_count() or 1, _again(suite), bar.case)
+        summary = run(
+            name,
+            cases,
+            out,
+            jobs or os.cpu_count() or 1,
+            _again(suite),
+            bar.case,
+            again=bool(case),
+        )
     print(
         f"{summary['passed']} passed, {summary['failed']} failed, {summary['crashed']} crashed, "
         f"{summary['shown']} shown, in {summary['seconds']:.0f} s"

@@ -20,6 +20,7 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 SCHEMA = 1
+OUTCOMES = ("passed", "failed", "shown", "crashed")
 TIMEOUT = 300.0  # seconds after which a case counts as crashed
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
@@ -98,18 +99,21 @@ def run(
     jobs: int,
     command: Callable[[Case], str],
     done: Callable[[dict[str, Any]], None] = lambda result: None,
+    again: bool = False,
 ) -> dict[str, Any]:
     """Run cases in child processes, ``jobs`` at a time, and write OUT/suite.json.
 
-    A case whose result was made by the same code from the same row is not run again, so a run
-    that was killed goes on where it stopped. A child that dies, or runs longer than `TIMEOUT`,
-    fails its case and no other.
+    A case whose result was made by the same code from the same row is not run again (but for
+    ``again``), so a run that was killed goes on where it stopped. A child that dies, or runs
+    longer than `TIMEOUT`, fails its case and no other. With ``again``, the other cases of an
+    earlier run of the suite stay listed in suite.json; what is returned counts this run's alone.
     """
     started, clock = datetime.now(UTC), time.perf_counter()
     lock = threading.Lock()
 
     def one(case: Case) -> dict[str, Any]:
-        result = _kept(case, out) or _child(case, out, command(case))
+        kept = None if again else _kept(case, out)
+        result = kept or _child(case, out, command(case))
         with lock:
             done(result)
         return result
@@ -124,10 +128,33 @@ def run(
         "seconds": round(time.perf_counter() - clock, 1),
         "peak_mb": max((result.get("peak_mb", 0) for result in results), default=0) * jobs,
         "cases": [case.name for case in cases],
-        **{kind: outcomes.count(kind) for kind in ("passed", "failed", "shown", "crashed")},
+        **{kind: outcomes.count(kind) for kind in OUTCOMES},
     }
-    write_json(out / "suite.json", summary)
+    write_json(out / "suite.json", _merged(summary, out) if again else summary)
     return summary
+
+
+def _merged(summary: dict[str, Any], out: Path) -> dict[str, Any]:
+    """The summary with the cases of an earlier run of the same suite in OUT, in their order."""
+    try:
+        earlier = json.loads((out / "suite.json").read_text())
+    except (OSError, ValueError):
+        return summary
+    rest = set(earlier.get("cases", [])) - set(summary["cases"])
+    if earlier.get("suite") != summary["suite"] or not rest:
+        return summary
+    names = earlier["cases"] + [n for n in summary["cases"] if n not in earlier["cases"]]
+    names = [n for n in names if (out / "cases" / n / "result.json").is_file()]
+    results = [json.loads((out / "cases" / n / "result.json").read_text()) for n in names]
+    outcomes = [result["outcome"] for result in results]
+    return {
+        **summary,
+        "started": earlier["started"],
+        "seconds": earlier["seconds"],
+        "peak_mb": max(earlier["peak_mb"], summary["peak_mb"]),
+        "cases": names,
+        **{kind: outcomes.count(kind) for kind in OUTCOMES},
+    }
 
 
 def write_json(path: Path, content: Any) -> None:

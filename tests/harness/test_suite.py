@@ -172,8 +172,8 @@ def quick(monkeypatch, tmp_path) -> Callable[..., tuple[dict[str, Any], dict[str
     monkeypatch.setattr(validation.suite.sys, "executable", str(child))
     out = tmp_path / "run"
 
-    def go(cases: list[Case]) -> tuple[dict[str, Any], dict[str, int]]:
-        summary = run("quick", cases, out, jobs=2, command=lambda case: "again")
+    def go(cases: list[Case], again: bool = False) -> tuple[dict[str, Any], dict[str, int]]:
+        summary = run("quick", cases, out, 2, command=lambda case: "repeat", again=again)
         files = {case.name: out / "cases" / case.name / "result.json" for case in cases}
         return summary, {name: file.stat().st_mtime_ns for name, file in files.items()}
 
@@ -255,3 +255,13 @@ def test_standard_rows_load(load):
         lights = np.array(case.lights)[:, :3] if case.lights else room.lights.positions
         lower, upper = room.bounds
         assert ((lights > lower) & (lights < upper)).all(), case.name
+
+
+def test_one_case_again_keeps_the_others(quick, tmp_path):
+    """A case repeated by name runs though nothing changed, and the run's other cases stay."""
+    _, before = quick(rows("a", "b"))
+    summary, after = quick(rows("a"), again=True)
+    assert summary["passed"] == 1
+    assert after["a"] > before["a"]
+    listed = json.loads((tmp_path / "run" / "suite.json").read_text())
+    assert (listed["cases"], listed["passed"]) == (["a", "b"], 2)

@@ -1,0 +1,75 @@
+"""The numbers of a material: checked once, counted in channels, gathered inside kernels."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import fields
+from typing import Any
+
+import drjit as dr
+import numpy as np
+from numpy.typing import NDArray
+
+from lightloc.backend import types
+from lightloc.checks import array, numbers
+
+
+class Parameters:
+    """Checks and channel count for materials whose fields are numeric parameters."""
+
+    def _check(self, name: str, least: float, most: float | None = None) -> None:
+        label = f"{type(self).__name__}.{name}"
+        value = numbers(label, getattr(self, name))
+        if value.ndim == 0:
+            value = value[None, None]
+        elif value.shape == (3,):
+            value = value[None, :]  # one RGB triple
+        elif value.ndim == 1:
+            value = value[:, None]  # one a point
+        if value.size == 0:
+            raise ValueError(f"{label} is empty; expected a scalar or one value a point")
+        value = array(label, value, (None, None), least=least, most=most)
+        if value.shape[1] not in (1, 3):
+            raise ValueError(f"{label} has {value.shape[1]} channels; expected 1 or 3")
+        object.__setattr__(self, name, value)
+
+    def parameters(self) -> dict[str, NDArray]:
+        """The parameters that are set, by name, each (1 or n, 1 or 3)."""
+        return {
+            field.name: value
+            for field in fields(self)  # type: ignore[arg-type]
+            if isinstance(value := getattr(self, field.name), np.ndarray)
+        }
+
+    @property
+    def channels(self) -> int:
+        return max(value.shape[1] for value in self.parameters().values())
+
+    def check_length(self, n: int) -> None:
+        """Raise ValueError where a parameter has neither one row nor n."""
+        for name, value in self.parameters().items():
+            if len(value) not in (1, n):
+                raise ValueError(
+                    f"{type(self).__name__}.{name} has {len(value)} rows; expected 1 or {n}"
+                )
+
+
+def bind_parameter(value: NDArray) -> Callable[[Any], Any]:
+    """A parameter (1 or n, 1 or 3) as a function of the observation's index in a kernel."""
+    f = types()
+    kind = f.Float if value.shape[1] == 1 else f.Array3f
+    columns = kind(*(f.Float(column.astype(np.float32)) for column in value.T))
+    dr.make_opaque(columns)  # a changed value must not compile a new kernel
+    if len(value) == 1:
+        return lambda i: columns
+    return lambda i: (
+        dr.gather(kind, columns, i)
+        if kind is f.Float
+        else kind(*(dr.gather(f.Float, column, i) for column in columns))
+    )
+
+
+def channels_last(value: Any, n: int) -> NDArray[np.float64]:
+    """A kernel's Float or Array3f as a NumPy array (n, 1) or (n, 3)."""
+    result = np.atleast_2d(np.array(value, dtype=np.float64))
+    return np.ascontiguousarray(np.broadcast_to(result, (len(result), n)).T)
