@@ -112,30 +112,6 @@ def starts(
         yield PointLights(positions, intensities(problem, positions))
 
 
-def relocate(problem: Problem, fit: Fit, reach: NDArray, scale: float, o: Options) -> Fit:
-    """Lift each light out and put it back where it gains most nearby, past shadow edges.
-
-    A derivative knows nothing of shadows: where a fit stalls at an edge, looking does not.
-    """
-    for light in range(len(fit)):
-        if is_explained(fit, problem, o):
-            break
-        columns = whitened(problem, fit.lights)
-        I = fit.lights.intensities[light]
-        without = fit.residual + columns[:, light] * I
-        weight = 1 / (1 + np.square(fit.residual / scale))
-        others = np.delete(columns, light, axis=1)
-        p = fit.lights.positions[light]
-        p = zoomed(problem, p, reach, without, others, weight, o)
-        positions = fit.lights.positions.copy()
-        positions[light] = p
-        moved = PointLights(positions, intensities(problem, positions))
-        moved_fit = refine(problem, moved, scale, o.thorough)
-        if moved_fit.cost < fit.cost:
-            fit = moved_fit
-    return fit
-
-
 def whitened(problem: Problem, lights: PointLights) -> NDArray:
     """S / sigma of lights: (n, k, c)."""
     n, c = problem.radiance.shape
