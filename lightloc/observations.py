@@ -105,11 +105,6 @@ class Observations:
         """Length of the bounding box's diagonal, metres."""
         return float(np.linalg.norm(np.diff(self.bounds, axis=0)))
 
-    @property
-    def planar(self) -> bool:
-        """Whether this is a 2D scene: all points and normals lie in the plane z = 0."""
-        return not self.positions[:, 2].any() and not self.normals[:, 2].any()
-
     def with_radiance(
         self, radiance: ArrayLike, sigma: ArrayLike, interreflected: bool | None = None
     ) -> Observations:
