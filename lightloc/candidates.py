@@ -23,15 +23,13 @@ class Dictionary:
     grid: Grid
     points: NDArray[np.float64]  # (g, 3)
     atoms: NDArray[np.float32]
-    energy: NDArray[np.float64]  # (g, c): squared length of each atom
 
     @staticmethod
     def over(problem: Problem, grid: Grid) -> Dictionary:
         points = grid.points
         S = shading(problem.surfels, points, problem.geometry)
         atoms = np.ascontiguousarray(S.transpose(1, 0, 2) / problem.sigma, dtype=np.float32)
-        energy = np.einsum("gnc,gnc->gc", atoms, atoms, dtype=np.float64)
-        return Dictionary(grid, points, atoms, energy)
+        return Dictionary(grid, points, atoms)
 
     def gains(self, residual: NDArray, columns: NDArray, weight: NDArray) -> NDArray[np.float64]:
         """How much chi-square one more light would gain at each position, all others refitted.

@@ -23,7 +23,7 @@ from lightloc.observations import Observations
 from lightloc.shading import Surfels, pick, surfels
 
 STRATA = 32  # rays a point are STRATA^2, one in each cell of the hemisphere's unit square
-GROUPS = 8  # independent halves of the rays from which the gather's own error is measured
+GROUPS = 8  # independent parts of the rays from which the gather's own error is measured
 NEIGHBOURS = 12  # observations that share in the radiance at a hit
 FLATNESS = 0.25  # a neighbour counts less when this share of the reach off the hit's plane
 SYSTEMATIC = 0.02  # of the indirect light: interpolation between observations (measured)

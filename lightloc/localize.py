@@ -71,7 +71,7 @@ def localize(
     best, history = grow(loose, tight, dictionary, o, 1, watch)
     if not is_explained(best, tight, o):
         wider, more = grow(loose, tight, dictionary, o, o.beam, watch)
-        best, history = min(((best, history), (wider, history + more)), key=lambda b: b[0].cost)
+        best, history = min(best, wider, key=lambda fit: fit.cost), history + more
     if len(best):
         best = prune(whole, refine(whole, best.lights, o.outlier, o.thorough), o)
     else:

@@ -1,7 +1,8 @@
 """Lights from residuals: intensities are linear, positions by Levenberg-Marquardt.
 
-A `Fit` is a value: lights, their residuals in standard errors, and the Jacobian there. Rows are
-(observation, channel) pairs; columns are the free coordinates of each light, then intensities.
+A `Fit` is a value: lights, their residuals in standard errors, and their robust cost. Rows of a
+Jacobian are (observation, channel) pairs; columns are the free coordinates of each light, then
+intensities.
 """
 
 from __future__ import annotations

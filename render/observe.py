@@ -70,7 +70,12 @@ def observe(
 
 
 def remeasure(room: Room, q: Observations, *, spp: int = 256, seed: int = 0) -> Observations:
-    """B at the points and directions of ``q`` in a room that is lit otherwise, without noise."""
+    """B at the points and directions of ``q`` in a room that is lit otherwise, without noise.
+
+    Raises ValueError where the lights have colours and ``q`` is grey.
+    """
+    if room.lights.channels > q.channels:
+        raise ValueError("grey observations can't be measured again under coloured lights")
     si = probe(room, q.positions, q.directions)
     B, sigma = direct(room, si), np.zeros((len(q), 3))
     if q.interreflected:

@@ -57,7 +57,7 @@ class Case(BaseModel):
 def read_suite(path: str | Path) -> tuple[str, list[Case]]:
     """(name, cases) of a suite: a TOML file, or the name of one that comes with the package.
 
-    A table ``[transport.noise]`` of defaults is not needed: ``[defaults]`` holds for every row.
+    What stands under ``[defaults]`` holds for every row that does not say otherwise.
     Raises ValueError naming the file, the case and the field.
     """
     file = Path(path)
