@@ -18,7 +18,9 @@ import drjit as dr
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from lightloc import ceiling
 from lightloc.backend import types
+from lightloc.ceiling import Ceiling
 from lightloc.checks import numbers
 from lightloc.microfacet import (
     TABLE_NODES,
@@ -43,6 +45,16 @@ class BRDF(Protocol):
     def bind(self, n: int) -> Scatter: ...
 
 
+@runtime_checkable
+class Bounded(BRDF, Protocol):
+    """A material that can say what f (n . l)_+ is at most, so that fields can cull.
+
+    ``cos_w`` (n, 1) is n . w at each of n points.
+    """
+
+    def ceiling(self, cos_w: NDArray) -> Ceiling | None: ...
+
+
 @dataclass(frozen=True)
 class Lambert(Parameters):
     """Diffuse reflection, f = albedo / pi.
@@ -62,6 +74,9 @@ class Lambert(Parameters):
         return lambda i, normal, l, w: (
             albedo(i) * dr.select(dr.dot(normal, w) > 0, positive_cosine(normal, l) * dr.inv_pi, 0)
         )
+
+    def ceiling(self, cos_w: NDArray) -> Ceiling:
+        return ceiling.lambert(self.albedo, cos_w)
 
 
 @dataclass(frozen=True)
@@ -102,6 +117,9 @@ class Conductor(Parameters):
             return dr.select(lit, value, 0)
 
         return scatter
+
+    def ceiling(self, cos_w: NDArray) -> Ceiling:
+        return ceiling.conductor(self.alpha, self.specular, cos_w)
 
 
 @dataclass(frozen=True)
@@ -165,6 +183,10 @@ class Plastic(Parameters):
 
         return scatter
 
+    def ceiling(self, cos_w: NDArray) -> Ceiling:
+        parts = (self.alpha, self.diffuse, self.ior, self.specular, self.nonlinear)
+        return ceiling.plastic(*parts, cos_w)
+
 
 @dataclass(frozen=True)
 class Mixed:
@@ -214,6 +236,11 @@ class Mixed:
             return total
 
         return scatter
+
+    def ceiling(self, cos_w: NDArray) -> Ceiling | None:
+        parts = [brdf.ceiling(cos_w) for brdf in self.brdfs if isinstance(brdf, Bounded)]
+        known = [part for part in parts if part is not None]
+        return ceiling.mixed(known, self.index) if len(known) == len(self.brdfs) else None
 
 
 def is_brdf(thing: Any) -> bool:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lightloc.backend import types
-from lightloc.brdf import Scatter
+from lightloc.brdf import BRDF, Scatter
 from lightloc.checks import array
 from lightloc.geometry import RAY_OFFSET, Geometry
 from lightloc.lights import PointLights
@@ -33,6 +33,8 @@ class Surfels:
     facet: Any  # geometric normals
     start: Any  # x moved off its surface, where shadow rays begin
     scatter: Scatter
+    flat: bool  # facets are the normals: below one, nothing scatters anyway
+    material: BRDF | None = None  # what ``scatter`` was bound from, where it is known
 
     def take(self, some: NDArray) -> Surfels:
         """Some of the surfels, renumbered from 0."""
@@ -46,7 +48,7 @@ class Surfels:
         columns = (self.x, self.normal, self.w, self.facet, self.start)
         x, normal, w, facet, start = (pick(v, rows) for v in columns)
         dr.eval(x, normal, w, facet, start)
-        return Surfels(len(some), x, normal, w, facet, start, scatter_some)
+        return Surfels(len(some), x, normal, w, facet, start, scatter_some, self.flat)
 
 
 def surfels(q: Observations) -> Surfels:
@@ -65,6 +67,8 @@ def surfels(q: Observations) -> Surfels:
         facet=columns(q.facets),
         start=columns(q.positions + offset * q.facets),
         scatter=q.material.bind(len(q)),
+        flat=bool((q.facets == q.normals).all()),
+        material=q.material,
     )
 
 
