@@ -8,9 +8,12 @@ from lightloc.indirect import remove_indirect
 from lightloc.lights import PointLights
 from lightloc.localize import localize
 from lightloc.observations import Observations
+from lightloc.outline import Outline
+from lightloc.paper import Paper
 from lightloc.result import Localization, Reason
 from lightloc.search import Options
 from lightloc.shading import check_gradient, radiance, shading, shading_gradient
+from lightloc.surface import Geodesic, Perimeter, SolidAngle, Surface
 from lightloc.voting import Votes, vote
 
 __version__ = "0.1.0"
@@ -32,10 +35,16 @@ __all__ = [  # in pipeline order
     "Grid",
     "intensity",
     "intensity_distance",
+    "Outline",
+    "Surface",
+    "Perimeter",
+    "Geodesic",
+    "SolidAngle",
     "vote",
     "Votes",
     "localize",
     "Options",
+    "Paper",
     "Localization",
     "Reason",
 ]

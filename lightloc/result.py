@@ -18,6 +18,8 @@ class Reason(Enum):
     NO_GAIN = "No further light explains significantly more, yet a residual is left."
     MOST_LIGHTS = "The largest number of lights allowed was reached, and a residual is left."
     DARK = "Nothing is lit: no light explains these observations better than darkness."
+    DARKER = "The published method failed: brighter lights would leave less than no light (B' < 0)."
+    NO_VOTES = "The published method failed: no position has a vote."
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from scipy.optimize import least_squares, nnls
 from lightloc.geometry import Geometry
 from lightloc.lights import PointLights
 from lightloc.observations import Observations
-from lightloc.shading import Surfels, shading, shading_gradient, surfels
+from lightloc.shading import Surfels, radiance, shading, shading_gradient, surfels
 
 INSIDE = 1e-6
 """Starts lie this share of the region inside its bounds: a start on a bound does not move."""
@@ -80,6 +80,11 @@ def no_lights(problem: Problem, scale: float) -> Fit:
     z = problem.radiance / problem.sigma
     lights = PointLights(np.zeros((0, 3)), np.zeros((0, z.shape[1])))
     return Fit(lights, z, robust(z, scale))
+
+
+def residuals(problem: Problem, lights: PointLights) -> NDArray[np.float64]:
+    """(B - model) / sigma: (n, c)."""
+    return (problem.radiance - radiance(problem.surfels, lights, problem.geometry)) / problem.sigma
 
 
 def intensities(problem: Problem, positions: NDArray) -> NDArray[np.float64]:

@@ -9,13 +9,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 import render
-from lightloc import Grid, Localization, Observations, PointLights, intensity_distance, vote
+from lightloc import (
+    Grid,
+    Localization,
+    Observations,
+    PointLights,
+    SolidAngle,
+    intensity_distance,
+    vote,
+)
 from lightloc.fields import NO_LIMITER
 from render.room import Room
 
 SLICE = 16_000  # cells of the slice through D, L and V: about 140 x 115
 MARGIN = 3.0  # standard errors by which D is raised, so that it stays a bound under noise
 VOTE_RADIUS = 3  # cells; the limiters of a few thousand scattered points are coarse
+VOTE_THRESHOLD = 0.5  # of the radius, where the paper's 0.05 needs sixty thousand points
 VIEW_SPP, VIEW_WIDTH = 24, 208  # the picture only; the judge counts on the probes
 
 
@@ -40,7 +49,8 @@ def save_fields(path: Path, room: Room, seen: Observations, found: Localization)
     grid = Grid.over([lower, upper], SLICE)
     q = seen.with_radiance(found.direct, found.sigma)
     D, L = intensity_distance(q, grid.points, room.geometry, margin=MARGIN)
-    V = vote(grid, L[:, 0], q.positions, VOTE_RADIUS).votes
+    T = VOTE_THRESHOLD * q.diagonal / 2
+    V = vote(grid, L[:, 0], SolidAngle(q.positions), T, VOTE_RADIUS).votes
 
     def image(values: NDArray) -> NDArray[Any]:
         return values.reshape(*grid.shape[:2], *values.shape[1:]).swapaxes(0, 1)
