@@ -6,15 +6,11 @@ result.json, observations.npz, room.npz, fields.npz, view.npz and view.exr in FO
 
 from __future__ import annotations
 
-import importlib.metadata
 import json
-import platform
 import resource
-import subprocess
 import sys
 import time
 from dataclasses import asdict
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +19,7 @@ import numpy as np
 import render
 from lightloc import Localization, Observations, PointLights, localize
 from render.room import Room
+from validation.made import made
 from validation.match import RADIUS, Comparison, compare
 from validation.pictures import save_fields, save_room, save_view
 from validation.sphere import judge_sphere
@@ -85,7 +82,7 @@ def run_case(case: Case, folder: Path, command: str) -> dict[str, Any]:
         "peak_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024,
         "command": command,
         "fingerprint": fingerprint(case),
-        "made": _made(),
+        "made": made(),
     }
     write_json(folder / "result.json", result)
     return result
@@ -202,26 +199,6 @@ def _search(found: Localization) -> dict[str, Any]:
             {"step": step.action, "lights": step.lights, "chi2": step.chi2, "detail": ""}
             for step in found.history
         ],
-    }
-
-
-def _made() -> dict[str, Any]:
-    here = Path(__file__).resolve().parent
-    try:
-        git = subprocess.run(
-            ["git", "-C", str(here), "rev-parse", "--short", "HEAD"],
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        commit = git.stdout.strip() or None
-    except OSError:
-        commit = None
-    versions = {name: importlib.metadata.version(name) for name in ("lightloc", "mitsuba", "drjit")}
-    return {
-        "date": datetime.now(UTC).isoformat(timespec="seconds"),
-        "commit": commit,
-        "versions": {**versions, "python": platform.python_version()},
     }
 
 

@@ -10,6 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from validation.outputs import parameters, ready, sentence, writable
+from validation.table1.command import table1_command
+
 if TYPE_CHECKING:
     from validation.suite import Case
 
@@ -27,6 +30,11 @@ app = typer.Typer(
 class Transport(StrEnum):
     direct = "direct"
     full = "full"
+
+
+class Method(StrEnum):
+    search = "search"
+    paper = "paper"
 
 
 SCENE = Annotated[str, typer.Argument(help="A Mitsuba XML file, or the name of a standard scene.")]
@@ -64,13 +72,13 @@ def render_command(
 
     Example: lightloc render box_occluder -o seen.npz --lights truth.json
     """
-    _writable(out, view, lights)
+    writable(out, view, lights)
     from validation.progress import Bar
 
     with Bar("rendering", total=1.0) as bar:
         import render
 
-        room = render.load(scene, **_parameters(set_))
+        room = render.load(scene, **parameters(set_))
         seen = render.observe(
             room,
             points=points,
@@ -85,11 +93,11 @@ def render_command(
             if view
             else None
         )
-        seen.save(_ready(out))
+        seen.save(ready(out))
         if lights:
-            room.lights.save(_ready(lights))
+            room.lights.save(ready(lights))
         if view and picture:
-            render.write_exr(picture, _ready(view))
+            render.write_exr(picture, ready(view))
     print(f"{out}: {len(seen)} observations of {room.name}, {seen.channels} channel(s)")
 
 
@@ -102,6 +110,9 @@ def localize_command(
     out: Annotated[Path, typer.Option("--out", "-o", help="Found lights, JSON.")] = Path(
         "lights.json"
     ),
+    method: Annotated[Method, typer.Option(help="Ours, or the paper's as published.")] = (
+        Method.search
+    ),
     set_: SET = [],  # noqa: B006
     seed: SEED = 0,
 ) -> None:
@@ -109,14 +120,14 @@ def localize_command(
 
     Example: lightloc localize seen.npz --scene box_occluder -o found.json
     """
-    _writable(out)
+    writable(out)
     from validation.progress import Bar
 
     with Bar("searching") as bar:
         import render
         from lightloc import Observations, localize
 
-        room = render.load(scene, **_parameters(set_)) if scene else None
+        room = render.load(scene, **parameters(set_)) if scene else None
         if observations.suffix.lower() == ".exr":
             seen = render.observe_view(observations, room)
         else:
@@ -125,10 +136,11 @@ def localize_command(
         found = localize(
             seen,
             room.geometry if room else None,
+            method=method.value,
             seed=seed,
             watch=lambda step: bar.say(f"{step.lights} lights, chi-square {step.chi2:.3g}"),
         )
-        found.lights.save(_ready(out))
+        found.lights.save(ready(out))
     print(found)
 
 
@@ -154,7 +166,7 @@ def compare_command(
     else:
         import render
 
-        room = render.load(truth, **_parameters(set_))
+        room = render.load(truth, **parameters(set_))
         true, diagonal = room.lights, room.diagonal
     verdict = compare(lights, true, diagonal)
     print(verdict)
@@ -198,7 +210,7 @@ def validate_command(
         return
     from lightloc import backend
 
-    _writable(out / "suite.json")
+    writable(out / "suite.json")
     backend.current()  # else every case would crash, and say so at length
     with Bar("cases", total=len(cases)) as bar:
         summary = run(
@@ -217,11 +229,14 @@ def validate_command(
     raise typer.Exit(FAILED if summary["failed"] or summary["crashed"] else PASSED)
 
 
+app.command("table1")(table1_command)
+
+
 @app.command("report")
 def report_command(
-    out: Annotated[Path, typer.Argument(help="A folder that `lightloc validate` filled.")] = Path(
-        "report"
-    ),
+    out: Annotated[
+        Path, typer.Argument(help="A folder that `lightloc validate` or `lightloc table1` filled.")
+    ] = Path("report"),
 ) -> None:
     """Draw OUT/index.html from results; renders nothing."""
     from validation.progress import Bar
@@ -249,22 +264,11 @@ def main() -> None:
     try:
         sys.exit(app(sys.argv[1:] or ["--help"], standalone_mode=False))
     except Exception as error:
-        said = _sentence(error)
+        said = sentence(error)
         if said is None or os.environ.get("LIGHTLOC_DEBUG"):
             raise
         print(f"lightloc: {said}", file=sys.stderr)
         sys.exit(BAD_INPUT)
-
-
-def _sentence(error: Exception) -> str | None:
-    """What to say of an error on one line; None of one that is no user's doing."""
-    if hasattr(error, "format_message"):  # typer's, of an option or a command
-        text = error.format_message()
-    elif isinstance(error, (ValueError, RuntimeError, OSError, ImportError, MemoryError)):
-        text = str(error)
-    else:
-        return None
-    return " ".join(text.split())
 
 
 def _again(suite: str) -> Any:
@@ -273,33 +277,3 @@ def _again(suite: str) -> Any:
         return f"lightloc validate {where}--case {row.name}"
 
     return command
-
-
-def _parameters(settings: list[str]) -> dict[str, str]:
-    for setting in settings:
-        if not all(setting.partition("=")):
-            raise ValueError(f"--set {setting}: expected NAME=VALUE, as alpha=0.2")
-    return dict(setting.split("=", 1) for setting in settings)
-
-
-def _writable(*paths: Path | None) -> None:
-    """Refuse an output that can't be written before any work is done."""
-    for path in paths:
-        if path is None:
-            continue
-        if path.is_dir():
-            raise ValueError(f"{path}: is a folder; expected a file to write")
-        parent = path.parent
-        while not parent.exists():
-            parent = parent.parent
-        if not parent.is_dir() or not os.access(parent, os.W_OK):
-            raise ValueError(f"{path}: can't be written there")
-
-
-def _ready(path: Path) -> Path:
-    """The path, with its folder made: only now that there is something to write."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ValueError(f"{path}: can't be written there ({error.strerror})") from None
-    return path

@@ -1,5 +1,6 @@
 """Draw a validation run as pages that open from disk: no rendering, and no network."""
 
+from collections.abc import Iterable
 from pathlib import Path
 
 from plotly.offline import get_plotlyjs
@@ -7,35 +8,60 @@ from plotly.offline import get_plotlyjs
 from .disk import write_text
 from .pages import TEMPLATES, environment, write_case, write_index
 from .read import read_result, read_suite
+from .table1 import FILE as TABLE1
+from .table1 import find, write_page
 from .tables import write_csv, write_json, write_junit
 
-__all__ = ["write"]
+__all__ = ["write", "write_table1"]
 
 ASSETS = ("style.css", "report.js", "room.js")
+TABLE1_PAGE = "table1.html"
 
 
 def write(out: Path) -> Path:
     """Draw the report of the run in OUT and return the path of its first page, OUT/index.html.
 
     Reads OUT/suite.json and OUT/cases/NAME/{result.json, room.npz, fields.npz, view.npz}; a
-    case without its arrays gets a page that says so. Writes index.html, assets/ and the cases'
-    pages and pictures, and the merged results as report.json, report.csv and junit.xml. Every
-    file is replaced whole, so a report can be redrawn while it is being read.
+    case without its arrays gets a page that says so. A table1.json in OUT or in OUT/table1 gets
+    a page that the first one links to; in a folder without a suite it is the first page itself.
+    Writes index.html, assets/ and the cases' pages and pictures, and the merged results as
+    report.json, report.csv and junit.xml. Every file is replaced whole, so a report can be
+    redrawn while it is being read.
 
     Raises:
         ValueError: suite.json, or the result.json of a case that it names, is missing or broken.
     """
     out = Path(out)
+    table = find(out)
+    if table == out / TABLE1 and not (out / "suite.json").exists():
+        return write_table1(out)
     suite, suite_content = read_suite(out)
     read = [read_result(out / "cases" / name) for name in suite.cases]
     results = [result for result, _ in read]
     pages = environment()
-    for asset in ASSETS:
-        write_text(out / "assets" / asset, (TEMPLATES / asset).read_text(encoding="utf-8"))
+    _write_assets(out, ASSETS)
     write_text(out / "assets" / "plotly.min.js", get_plotlyjs())
     for index in range(len(results)):
         write_case(out, suite, results, index, pages)
     write_json(out, suite_content, [content for _, content in read])
     write_csv(out, results)
     write_junit(out, suite, results)
-    return write_index(out, suite, results, pages)
+    if table:
+        write_page(table, out / TABLE1_PAGE, pages, back=suite.suite)
+    return write_index(out, suite, results, pages, TABLE1_PAGE if table else None)
+
+
+def write_table1(out: Path) -> Path:
+    """Draw OUT/table1.json as OUT/index.html, with its assets beside it.
+
+    Raises:
+        ValueError: the file is missing or broken.
+    """
+    page = write_page(out / TABLE1, out / "index.html", environment())
+    _write_assets(out, ("style.css", "report.js"))
+    return page
+
+
+def _write_assets(out: Path, names: Iterable[str]) -> None:
+    for name in names:
+        write_text(out / "assets" / name, (TEMPLATES / name).read_text(encoding="utf-8"))

@@ -69,13 +69,20 @@ def environment() -> Environment:
     return made
 
 
-def write_index(out: Path, suite: Suite, results: Sequence[Result], pages: Environment) -> Path:
-    """Write OUT/index.html."""
+def write_index(
+    out: Path,
+    suite: Suite,
+    results: Sequence[Result],
+    pages: Environment,
+    table1: str | None = None,
+) -> Path:
+    """Write OUT/index.html, with a link to the page of Table 1 where there is one."""
     first = sorted(results, key=lambda result: ORDER.index(result.outcome))
     counts = {outcome: sum(r.outcome == outcome for r in results) for outcome in ORDER}
     text = pages.get_template("index.html.j2").render(
         root="",
         suite=suite,
+        table1=table1,
         results=first,
         matrix=matrix(results),
         counts=counts,

@@ -183,7 +183,7 @@ def read_suite(out: Path) -> tuple[Suite, dict[str, Any]]:
         ValueError: the file is missing or broken, or a case's name is no folder's name.
     """
     path = out / "suite.json"
-    suite, content = _checked(Suite, path)
+    suite, content = read_checked(Suite, path)
     for name in suite.cases:
         if name in ("", ".", "..") or "/" in name or "\\" in name or "\0" in name:
             raise ValueError(f"{path} names a case {name!r}, which is not a folder's name.")
@@ -199,7 +199,7 @@ def read_result(folder: Path) -> tuple[Result, dict[str, Any]]:
         ValueError: the file is missing or broken, or speaks of lights that it does not list.
     """
     path = folder / "result.json"
-    result, content = _checked(Result, path)
+    result, content = read_checked(Result, path)
     if result.name != folder.name:
         raise ValueError(f"{path} is the result of another case, {result.name!r}.")
     if result.outcome != "crashed" and (result.lights is None or result.comparison is None):
@@ -214,7 +214,12 @@ def read_result(folder: Path) -> tuple[Result, dict[str, Any]]:
     return result, content
 
 
-def _checked(model: type[Model], path: Path) -> tuple[Model, dict[str, Any]]:
+def read_checked(model: type[Model], path: Path) -> tuple[Model, dict[str, Any]]:
+    """Read one JSON file of this schema; return it checked and as it stands.
+
+    Raises:
+        ValueError: the file is missing or broken; the sentence says where.
+    """
     content = read_json(path)
     if content.get("schema") != SCHEMA:
         raise ValueError(f"{path} has schema {content.get('schema')!r}, and not {SCHEMA}.")

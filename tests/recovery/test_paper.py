@@ -1,0 +1,161 @@
+"""The published method (method="paper"): its parts against section 5, and a sample of Table 1."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from joblib import Parallel, delayed
+from scipy.stats import binom
+
+from lightloc import Paper, Perimeter, PointLights, Reason, localize, radiance
+from lightloc.paper import associate, grid_over, iterate, optimize
+from lightloc.solve import Problem
+from validation.match import compare
+from validation.table1 import columns
+from validation.table1.published import ROWS
+from validation.table1.rooms import PlaneRoom, named_outlines, rooms, rooms_of
+
+SCENES = 10  # of each row of Table 1
+UNLUCKY = 0.01  # how rarely a method as good as the paper's may fail a row's test
+
+
+def found_in(room: PlaneRoom, noise: float = 0.0, **options):
+    q = room.observe(noise=noise)
+    edge = Perimeter(*room.outline.along(q.positions))
+    paper = Paper(**options)
+    return localize(q, room.geometry, method="paper", options=paper, surface=edge)
+
+
+@pytest.fixture(scope="module")
+def records() -> dict[str, list[columns.Record]]:
+    """Ten scenes a row, with all columns, on two processes."""
+    names = columns.names(SCENES)
+    done = Parallel(n_jobs=2)(delayed(columns.scene)(name) for name in names)
+    return {row: [r for r in done if r.name.startswith(row)] for row in ROWS}
+
+
+@pytest.mark.parametrize("row", ROWS)
+def test_low_error_as_often_as_the_paper(row, records):
+    """Full: no fewer of ten scenes than the paper's rate gives in 99 of 100 such samples."""
+    full = sum(record.full for record in records[row])
+    assert full >= binom.ppf(UNLUCKY, SCENES, ROWS[row][2])
+
+
+@pytest.mark.parametrize("row", ROWS)
+def test_solved_as_often_as_the_paper(row, records):
+    """Solved: the same; and never without a low error."""
+    solved = sum(record.solved for record in records[row])
+    assert solved >= binom.ppf(UNLUCKY, SCENES, ROWS[row][3])
+    assert all(record.full for record in records[row] if record.solved)
+
+
+@pytest.mark.parametrize("row", ROWS)
+def test_what_a_low_error_means(row, records):
+    """Full is an MSE below 0.0025, or 105 % of the truth's under noise; V(p) is part of it."""
+    for record in records[row]:
+        low = columns.OF_THE_TRUTH * record.mse_truth if record.noise else columns.LOW_ERROR
+        assert record.full == (record.mse < low)
+        assert record.full or not record.votes
+        assert 0 <= record.random <= 1
+
+
+def test_the_oracle(records):
+    """Started at the truth: always solved without noise; under noise rarer with more lights."""
+    rate = {row: np.mean([record.oracle for record in records[row]]) for row in ROWS}
+    assert all(rate[row] == 1 for row in ROWS if row.startswith("noiseless"))
+    assert rate["noisy-5"] <= rate["noisy-2"]
+
+
+@pytest.mark.parametrize("make", ["L", "circle", "curved", "stadium", "discs", "bar"])
+def test_rooms_that_are_not_square(make):
+    """Two lights each, curved walls and shadows included: found to 0.1 % and 0.5 %."""
+    room = rooms_of(named_outlines()[make], 2, count=1, name=make)[0]
+    found = found_in(room)
+    verdict = compare(found.lights, room.lights, diagonal=1.0, radius=1e-3)
+    assert found.reason is Reason.CONVERGED
+    assert not verdict.missed
+    assert not verdict.ghosts
+    assert verdict.worst_intensity_percent < 0.5
+
+
+def states(room: PlaneRoom, o: Paper) -> tuple[list, Problem]:
+    q = room.observe()
+    edge = Perimeter(*room.outline.along(q.positions))
+    problem = Problem.of(q, np.ones_like(q.radiance), None, q.bounds)
+    return list(iterate(problem, edge, q.diagonal / 2, 0.0, o)), problem
+
+
+def test_the_steps_of_section_5():
+    """B' is B less the hypotheses' light; brightening is by increments; a failure is B' < 0.
+
+    With a low error of 0 nothing converges, so that the algorithm runs to its end.
+    """
+    o = Paper(increment=0.25, radius=1, lowering=0.5)
+    room = rooms(2, count=1)[0]
+    steps, problem = states(room, o)
+    B = problem.radiance[:, 0]
+    before = np.zeros(0)
+    for state in steps[:-1]:
+        assert (state.unexplained >= 0).all()
+        I = state.hypotheses.intensities[:, 0]
+        grown = I[: len(before)] - before
+        assert ((np.abs(grown) < 1e-9) | (np.abs(grown - o.increment) < 1e-9)).all()
+        before = I
+    first = steps[0]
+    np.testing.assert_array_equal(first.unexplained, B)
+    assert not first.hypotheses.intensities.any()
+    assert steps[-1].reason is Reason.DARKER
+    assert (steps[-1].unexplained < 0).any()
+    left = B - radiance(problem.surfels, steps[-1].hypotheses)[:, 0]
+    np.testing.assert_allclose(steps[-1].unexplained, left, atol=1e-3 * B.mean())
+
+
+def test_association():
+    """The nearest hypothesis within reach, and none else (section 5.1)."""
+    candidates = np.array([[0, 0, 0], [1, 0, 0], [2.05, 0, 0.0]])
+    hypotheses = np.array([[2, 0, 0], [0.05, 0, 0], [0, 0.02, 0]])
+    assert associate(candidates, hypotheses, 0.1).tolist() == [2, -1, 0]
+    assert associate(candidates, hypotheses[:0], 0.1).tolist() == [-1, -1, -1]
+
+
+def test_optimization_reads_lights():
+    """Twice the same hypothesis is one light, and an idle one is none (section 5.2)."""
+    room = rooms(3, count=1)[0]
+    q = room.observe()
+    problem = Problem.of(q, np.ones_like(q.radiance), None, q.bounds)
+    p = room.lights.positions
+    idle = np.array([[0.5, 0.5, 0.0]])
+    grid = grid_over(q.bounds, Paper())
+    there, mse = optimize(problem, np.concatenate([p, p + 0.01, idle]), grid, 0.7, Paper())
+    assert mse < 1e-6
+    assert not compare(there, room.lights, diagonal=1.0, radius=1e-3).ghosts
+
+
+def test_colours_are_refused():
+    """The paper's method takes one channel, and its own options."""
+    room = rooms(2, count=1)[0]
+    q = room.observe()
+    three = type(q)(
+        positions=q.positions,
+        normals=q.normals,
+        directions=q.directions,
+        radiance=np.repeat(q.radiance, 3, axis=1),
+        material=q.material,
+    )
+    with pytest.raises(ValueError, match="one channel"):
+        localize(three, method="paper")
+    with pytest.raises(ValueError, match="takes Options as its options"):
+        localize(q, method="search", options=Paper())
+    with pytest.raises(ValueError, match="expected 'search' or 'paper'"):
+        localize(q, method="other")  # type: ignore[arg-type]
+
+
+def test_another_room_is_not_solved():
+    """Negative control: lights that are not in the room are no solution."""
+    room = rooms(2, count=2)
+    assert not columns.is_solved(room[0].lights, room[1].lights)
+    moved = PointLights(np.add(room[0].lights.positions, [0.02, 0, 0]), room[0].lights.intensities)
+    assert not columns.is_solved(moved, room[0].lights)
+    brighter = PointLights(room[0].lights.positions, room[0].lights.intensities * 1.06)
+    assert not columns.is_solved(brighter, room[0].lights)
+    assert columns.is_solved(room[0].lights, room[0].lights)

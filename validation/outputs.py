@@ -1,0 +1,52 @@
+"""What the commands share: settings read, outputs checked before any work, errors said."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+
+def parameters(settings: list[str]) -> dict[str, str]:
+    """Scene parameters from ``NAME=VALUE`` settings.
+
+    >>> parameters(["alpha=0.2"])
+    {'alpha': '0.2'}
+    """
+    for setting in settings:
+        if not all(setting.partition("=")):
+            raise ValueError(f"--set {setting}: expected NAME=VALUE, as alpha=0.2")
+    return dict(setting.split("=", 1) for setting in settings)
+
+
+def writable(*paths: Path | None) -> None:
+    """Refuse an output that can't be written before any work is done."""
+    for path in paths:
+        if path is None:
+            continue
+        if path.is_dir():
+            raise ValueError(f"{path}: is a folder; expected a file to write")
+        parent = path.parent
+        while not parent.exists():
+            parent = parent.parent
+        if not parent.is_dir() or not os.access(parent, os.W_OK):
+            raise ValueError(f"{path}: can't be written there")
+
+
+def ready(path: Path) -> Path:
+    """The path, with its folder made: only now that there is something to write."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ValueError(f"{path}: can't be written there ({error.strerror})") from None
+    return path
+
+
+def sentence(error: Exception) -> str | None:
+    """What to say of an error on one line; None of one that is no user's doing."""
+    if hasattr(error, "format_message"):  # typer's, of an option or a command
+        text = error.format_message()
+    elif isinstance(error, (ValueError, RuntimeError, OSError, ImportError, MemoryError)):
+        text = str(error)
+    else:
+        return None
+    return " ".join(text.split())

@@ -1,0 +1,153 @@
+"""The columns of Table 1: one scene, solved in every way that the table compares."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lightloc import Observations, Paper, PointLights, Reason, localize, radiance
+from lightloc.levenberg import descend
+from lightloc.solve import Problem
+from lightloc.surface import Perimeter
+from validation.match import compare
+from validation.table1.rooms import PlaneRoom, rooms
+
+SEED = 2018
+SAMPLES, NOISE = 400, 0.05  # section 6.1
+LOW_ERROR, OF_THE_TRUTH = 0.0025, 1.05  # of MSE, without noise and with it (section 6.1)
+POSITION, INTENSITY = 0.01, 5.0  # of the side; percent: what counts as solved
+RANDOM_STARTS = 100  # "with random initialization 100 times on each of the scenes" (6.1)
+FAINTEST, BRIGHTEST = 1.0, 5.0  # of the random starts, as of the lights themselves
+STEPS = 100  # of Levenberg-Marquardt, everywhere
+COUNTS = (2, 3, 4, 5)
+
+
+@dataclass(frozen=True)
+class Record:
+    """One scene: a row of the data behind Table 1.
+
+    Args:
+        name: as ``noisy-3-017``: the row and the room's number.
+        lights: how many there are.
+        noise: k.
+        random: share of the random starts of Levenberg-Marquardt, the count known, that reach a
+            low error.
+        votes: whether the first round of voting led to a low error.
+        full: whether the whole algorithm did.
+        solved: whether its lights are the true ones.
+        oracle: whether Levenberg-Marquardt started at the truth ends at lights that count as
+            solved; no method can do much better under noise.
+        seconds: of the whole algorithm, on one thread.
+        count_found: its lights.
+        mse: of its answer against the B that it was given.
+        mse_truth: of the true lights.
+        reason: why it stopped.
+    """
+
+    name: str
+    lights: int
+    noise: float
+    random: float
+    votes: bool
+    full: bool
+    solved: bool
+    oracle: bool
+    seconds: float
+    count_found: int
+    mse: float
+    mse_truth: float
+    reason: str
+
+
+def names(per_row: int = 100) -> list[str]:
+    """All scenes, row by row.
+
+    >>> names(1)[:2], len(names())
+    (['noiseless-2-000', 'noiseless-3-000'], 800)
+    """
+    kinds = ("noiseless", "noisy")
+    return [f"{kind}-{k}-{i:03}" for kind in kinds for k in COUNTS for i in range(per_row)]
+
+
+@cache
+def data_set(lights: int) -> list[PlaneRoom]:
+    return rooms(lights, seed=SEED)
+
+
+def observed(name: str) -> tuple[PlaneRoom, Observations]:
+    """The room of that name and what is seen of it."""
+    kind, lights, number = name.split("-")
+    room = data_set(int(lights))[int(number)]
+    return room, room.observe(SAMPLES, noise=NOISE if kind == "noisy" else 0.0, seed=int(number))
+
+
+def scene(name: str) -> Record:
+    """Run one scene through all columns."""
+    room, q = observed(name)
+    noise = NOISE if name.startswith("noisy") else 0.0
+    low = LOW_ERROR if not noise else OF_THE_TRUTH * error(q, room.lights)
+    edge = Perimeter(*room.outline.along(q.positions))
+    random = random_starts(q, len(room.lights), low, int(name.rpartition("-")[2]))
+    oracle = from_the_truth(q, room.lights)
+    clock = time.perf_counter()
+    found = localize(q, method="paper", options=Paper(low_error=low), surface=edge)
+    seconds = time.perf_counter() - clock
+    full = found.reason is Reason.CONVERGED
+    return Record(
+        name=name,
+        lights=len(room.lights),
+        noise=noise,
+        random=random,
+        votes=full and found.history[-1].action == "iteration 0",
+        full=full,
+        solved=full and is_solved(found.lights, room.lights),
+        oracle=is_solved(oracle, room.lights),
+        seconds=round(seconds, 3),
+        count_found=len(found.lights),
+        mse=error(q, found.lights),
+        mse_truth=error(q, room.lights),
+        reason=found.reason.name,
+    )
+
+
+def error(q: Observations, lights: PointLights) -> float:
+    """Mean squared error of B, the measure of section 6.1."""
+    return float(np.square(q.radiance - radiance(q, lights)).mean())
+
+
+def is_solved(found: PointLights, true: PointLights) -> bool:
+    """The count is right, and every light within 1 % of the side and 5 % of its intensity."""
+    verdict = compare(found, true, diagonal=1.0, radius=POSITION)
+    near = not verdict.missed and not verdict.ghosts
+    return near and (verdict.worst_intensity_percent or 0.0) <= INTENSITY
+
+
+def problem(q: Observations) -> Problem:
+    """The least squares that every column minimizes: weighted where the noise is known."""
+    sigma = q.sigma if (q.sigma > 0).all() else np.ones_like(q.sigma)
+    return Problem.of(q, sigma, None, q.bounds)
+
+
+def random_starts(q: Observations, count: int, low: float, seed: int) -> float:
+    """The share of random starts, the count known, that reach a low error."""
+    rng = np.random.default_rng([SEED, count, seed])
+    low_corner, high_corner = q.bounds
+    p = rng.uniform(low_corner, high_corner, (RANDOM_STARTS, count, 3))
+    I = rng.uniform(FAINTEST, BRIGHTEST, (RANDOM_STARTS, count, 1))
+    there = descend(problem(q), p, I, steps=STEPS)
+    plain = replace(problem(q), sigma=np.ones_like(q.sigma))
+    unweighted = descend(plain, there.positions, there.intensities, steps=0)
+    return float((unweighted.chi2 / q.radiance.size < low).mean())
+
+
+def from_the_truth(q: Observations, lights: PointLights) -> PointLights:
+    there = descend(problem(q), lights.positions[None], lights.intensities[None], steps=STEPS)
+    return PointLights(there.positions[0], _positive(there.intensities[0]))
+
+
+def _positive(I: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.maximum(I, 0.0)

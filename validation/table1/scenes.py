@@ -1,0 +1,127 @@
+"""The scenes that have ended, a line of JSON each, and whether their results still hold.
+
+A line is appended as a scene ends, so that a run can be killed at any instant and goes on.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import functools
+import hashlib
+import importlib.metadata
+import importlib.resources
+import json
+import os
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from validation.outputs import ready
+
+FILE = "scenes.jsonl"
+# These run scenes or show what came out; a change in them changes no result.
+HARNESS = ("run.py", "cluster.py", "scenes.py", "table.py", "published.py", "command.py")
+BELOW = ("drjit", "numpy", "scipy")  # whose versions may change a result
+
+
+@dataclass(frozen=True)
+class Ended:
+    """A scene that has ended: with its record, or with the error that it crashed with.
+
+    ``record`` holds the fields of `columns.Record`, None where a number was not finite;
+    ``elapsed`` is in seconds, of all columns together; ``fingerprint`` is that of the code that
+    ran it, which need not be this process's.
+    """
+
+    name: str
+    fingerprint: str
+    elapsed: float
+    record: dict[str, Any] | None
+    error: str = ""
+
+    @property
+    def row(self) -> str:
+        """The row of the table: what stands before the scene's number."""
+        return row_of(self.name)
+
+
+def row_of(name: str) -> str:
+    """The row that a scene's name belongs to.
+
+    >>> row_of("noisy-3-017")
+    'noisy-3'
+    """
+    return name.rpartition("-")[0]
+
+
+@functools.cache
+def fingerprint() -> str:
+    """SHA-256 of the code that makes a record: lightloc, rooms, columns, the judge."""
+    versions = [importlib.metadata.version(name) for name in BELOW]
+    backend = os.environ.get("LIGHTLOC_BACKEND", "llvm")
+    digest = hashlib.sha256(json.dumps([versions, backend]).encode())
+    for package in ("lightloc", "validation"):
+        root = Path(str(importlib.resources.files(package)))
+        for file in sorted(root.rglob("*.py")):
+            inside = file.relative_to(root)
+            if package == "lightloc" or _makes_records(inside):
+                digest.update(str(inside).encode() + file.read_bytes())
+    return digest.hexdigest()
+
+
+def _makes_records(file: Path) -> bool:
+    """Of validation: the judge, and the table's own files but for the harness."""
+    return file == Path("match.py") or (file.parts[0] == "table1" and file.name not in HARNESS)
+
+
+def read(out: Path) -> dict[str, Ended]:
+    """The scenes in OUT/scenes.jsonl that this code has run, by name; the last line of one wins.
+
+    Lines of other code, and lines that were torn or are no scene, are passed over.
+    """
+    try:
+        text = (out / FILE).read_text(encoding="utf-8", errors="replace")
+    except FileNotFoundError:
+        return {}
+    found = {}
+    for line in text.splitlines():
+        try:
+            ended = Ended(**json.loads(line))
+            whole = isinstance(ended.record, dict) or bool(ended.error)
+        except (ValueError, TypeError):
+            continue
+        if whole and ended.fingerprint == fingerprint():
+            found[ended.name] = ended
+    return found
+
+
+def waiting(names: Sequence[str], out: Path) -> list[str]:
+    """Of these scenes, those that have no result yet; what crashed is tried again."""
+    ended = read(out)
+    return [name for name in names if name not in ended or ended[name].error]
+
+
+@contextmanager
+def appending(out: Path) -> Iterator[Callable[[Ended], None]]:
+    """``with appending(out) as keep:`` then ``keep(ended)`` adds a line that a kill can't undo.
+
+    Raises ValueError where nothing can be written, or another run is writing there.
+    """
+    path = ready(out / FILE)
+    with path.open("ab+") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise ValueError(f"{path}: another run is writing there") from None
+        if file.tell():  # a killed run may have left half a line: it must not swallow the next
+            file.seek(-1, os.SEEK_END)
+            if file.read(1) != b"\n":
+                file.write(b"\n")
+
+        def keep(ended: Ended) -> None:
+            file.write(json.dumps(asdict(ended), allow_nan=False).encode() + b"\n")
+            file.flush()
+
+        yield keep
