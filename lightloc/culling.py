@@ -8,6 +8,7 @@ of a lane. Where that cannot beat what the lane already has, the cluster is left
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -23,6 +24,7 @@ FAN = 16  # most clusters in a node (measured likewise)
 ROUNDING = 1e-6  # of the span: what boxes grow by, 8 roundings of float32
 SLACK = 1e-4  # relative: what a bound grows by, the rounding of a BRDF in float32 included
 CACHE_LINE = 16  # float32
+TOUCHING = 1e-20  # m^2: boxes that are nearer have no bound
 TINY = 1e-12  # a mean normal shorter than this has no direction
 
 
@@ -73,6 +75,15 @@ class Clusters:
     leaves: Volumes
     nodes: Volumes
     fan: int
+
+    @functools.cached_property
+    def counts(self) -> tuple[Any, Any, Any, Any]:
+        """For kernels: the start of each leaf and the numbers of leaves, nodes and leaves a node,
+        which are no reason to compile again."""
+        f = types()
+        numbers = [f.UInt32(v) for v in (len(self.leaves), len(self.nodes), self.fan)]
+        dr.make_opaque(numbers)
+        return f.UInt32(self.leaves.start.astype(np.uint32)), *numbers
 
     @staticmethod
     def of(x: NDArray, n: NDArray, span: float) -> Clusters:
@@ -151,7 +162,7 @@ def bound(
     result = [weights[c] * cosine for c in range(k)]
     if specular:
         result = [value + weights[k + c] / near2 for c, value in enumerate(result)]
-    return [dr.select(near2 > 0, value, dr.inf) for value in result]
+    return [dr.select(near2 > TOUCHING, value, dr.inf) for value in result]
 
 
 def _float32(v: NDArray) -> NDArray[np.float64]:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import functools
-import operator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import drjit as dr
@@ -18,28 +16,18 @@ from lightloc.checks import array
 from lightloc.culling import Clusters
 from lightloc.geometry import Geometry
 from lightloc.grid import Grid
-from lightloc.limiters import (
-    NO_LIMITER,
-    Best,
-    Lanes,
-    Ranking,
-    Seen,
-    columns_of,
-    rows_of,
-    search,
-    seeded,
-)
+from lightloc.lanes import Lanes, blocks_of, rows_of
+from lightloc.limiters import Found, Seeds, any_of, nothing, search, without
 from lightloc.observations import Observations
+from lightloc.ranking import DARKEST, NO_LIMITER, Ranking
 from lightloc.shading import Surfels, shading, surfels
 
 RUN = 8  # grid points on a lane (measured: 4 fetch too often, 16 spill and cull less)
-LEAST_RUN = 3
 REGISTERS = 48  # (grid point, radiance) pairs on a lane, at most: more spill (measured)
 COLUMNS = 10  # radiances at once: with six numbers of the surfel they fill a record of 16
 WORTH = 64  # observations: fewer are not worth clusters
 COARSER = {2: 8, 3: 4}  # cells along an axis to one of the grid that seeds are taken from
-DARKEST = 1e-30  # W sr^-1 m^-2: up to this B is 0, and so is D; 1 / B stays finite in float32
-COARSEST = 4096  # cells that are searched without seeds
+FEW_PAIRS = 1 << 26  # are searched without seeds: another launch would cost more
 
 
 def intensity(
@@ -102,11 +90,13 @@ class Field:
     """
 
     surfels: Surfels
+    surface: NDArray[np.float32]  # (n, 6) positions and normals
     where: Grid | NDArray[np.float32]
     geometry: Geometry | None
     ceiling: Ceiling | None
-    clusters: Clusters | None
-    coarser: Field | None
+    clusters: Clusters | None = None
+    coarser: Field | None = None
+    kept: dict[int, Lanes] = field(default_factory=dict)  # by the length of their runs
 
     @staticmethod
     def over(
@@ -120,34 +110,23 @@ class Field:
 
         With ``cull`` off every pair is evaluated, as a yardstick.
         """
-        x, n, w = (np.array(v).T.astype(np.float64) for v in (s.x, s.normal, s.w))
+        x, n, w = (np.array(v).T for v in (s.x, s.normal, s.w))
         top = None
         if isinstance(s.material, Bounded):
-            top = s.material.ceiling((n * w).sum(axis=1, keepdims=True))
+            top = s.material.ceiling((n * w).sum(axis=1, keepdims=True, dtype=np.float64))
+        surface = np.concatenate([x, n], axis=1)
         if not isinstance(where, Grid):
             points = array("positions", where, (None, 3)).astype(np.float32)
-            return Field(s, points, geometry, top, None, None)
-        clusters = None
-        if cull and top is not None and s.n >= WORTH:
-            ends = np.concatenate([x, [where.lower, where.upper]])
-            clusters = Clusters.of(x, n, float(np.linalg.norm(np.ptp(ends, axis=0))))
-        return Field._on(s, where, geometry, top, clusters)
-
-    @staticmethod
-    def _on(
-        s: Surfels,
-        grid: Grid,
-        geometry: Geometry | None,
-        top: Ceiling | None,
-        clusters: Clusters | None,
-    ) -> Field:
-        coarser = None
-        if clusters is not None and np.prod(grid.shape) > COARSEST:
-            factor = COARSER[2 if min(grid.shape) == 1 else 3]
-            shape = [-(-m // factor) for m in grid.shape]
-            coarse = Grid(grid.lower, grid.upper, (shape[0], shape[1], shape[2]))
-            coarser = Field._on(s, coarse, geometry, top, clusters)
-        return Field(s, grid, geometry, top, clusters, coarser)
+            return Field(s, surface, points, geometry, top)
+        if not cull or top is None or s.n < WORTH:
+            return Field(s, surface, where, geometry, top)
+        ends = np.concatenate([x, [where.lower, where.upper]])
+        clusters = Clusters.of(x, n, float(np.linalg.norm(np.ptp(ends, axis=0))))
+        result = None
+        for grid in reversed(ever_coarser(where, s.n)):
+            result = Field(s, surface, grid, geometry, top, clusters, result)
+        assert result is not None
+        return result
 
     def __len__(self) -> int:
         return int(np.prod(self.where.shape)) if isinstance(self.where, Grid) else len(self.where)
@@ -155,98 +134,107 @@ class Field:
     def limits(self, B: ArrayLike) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
         """D (g, k) and L (g, k) of (n, k) radiances, as `limits` but as computed, in float32."""
         B = array("B", B, (self.surfels.n, None), least=0.0)
-        k = B.shape[1]
-        if not len(self):
-            return np.zeros((0, k), np.float32), np.zeros((0, k), np.uint32)
-        channels = 1 if self.surfels.material is None else self.surfels.material.channels
-        if channels == 3 != k:
+        g, k = len(self), B.shape[1]
+        material = self.surfels.material
+        if material is not None and material.channels == 3 != k:
             raise ValueError(f"B has {k} columns; expected 3, as the material has")
-        D, L = np.empty((k, len(self)), np.float32), np.empty((k, len(self)), np.uint32)
-        for first in range(0, k, COLUMNS):
+        D, L = np.zeros((k, g), np.float32), np.zeros((k, g), np.uint32)
+        for first in range(0, k if g else 0, COLUMNS):
             some = slice(first, first + COLUMNS)
-            d, i = self._search(B[:, some])
-            D[some], L[some] = (
-                np.array(d).reshape(-1, len(self)),
-                np.array(i).reshape(-1, len(self)),
-            )
+            d, i = self._limits(B[:, some])
+            D[some], L[some] = np.array(d).reshape(-1, g), np.array(i).reshape(-1, g)
         return D.T, L.T
 
-    def _search(self, B: NDArray[np.float64]) -> tuple[Any, Any]:
-        """D and L as Dr.Jit arrays, one radiance after another.
-
-        What limits most is found first as if nothing occluded. Only lanes with a point that does
-        not see its limiter search again, asking each time what is visible.
-        """
+    def _limits(self, B: NDArray[np.float64]) -> tuple[Any, Any]:
+        """D and L as Dr.Jit arrays, one radiance after another."""
         f = types()
-        k, size = B.shape[1], len(self)
-        coarse = None if self.coarser is None else self._places(self.coarser._search(B)[1])
-        q = Ranking.of(self.surfels, np.maximum(B, DARKEST), self.ceiling, self.clusters)
-        most, who = dr.zeros(f.Float, size * k), dr.full(f.UInt32, NO_LIMITER, size * k)
-        dr.make_opaque(most, who)
-
-        def improve(lanes: Lanes, best: Best, seen: Seen | None) -> Best:
-            walks = [q.walk(lanes)]
-            if coarse is not None:
-                walks = [seeded(lanes, self.coarser.where.shape, coarse, k), *walks]
-            return search(q.rank(lanes), walks, best, seen)
-
-        def places(lanes: Lanes) -> list[Any]:
-            return [cell + c * size for cell in lanes.cells for c in range(k)]
-
-        def put(lanes: Lanes, best: Best) -> None:
-            inside = [mask for mask in lanes.inside for _ in range(k)]
-            for m, w, at, mask in zip(*best, places(lanes), inside, strict=True):
-                dr.scatter(most, m, at, mask, mode=dr.ReduceMode.NoConflicts)
-                dr.scatter(who, w, at, mask, mode=dr.ReduceMode.NoConflicts)
-
-        lanes = self._lanes(k)
-        cases = len(lanes.points) * k
-        nothing = (
-            [dr.zeros(f.Float, lanes.count) for _ in range(cases)],
-            [dr.full(f.UInt32, NO_LIMITER, lanes.count) for _ in range(cases)],
-        )
-        best = improve(lanes, nothing, None)
-        if self.geometry is None and self.surfels.flat:
-            put(lanes, best)
-        else:
-            free = q.free(lanes, best[1], self.geometry)
-            hidden = [(w != NO_LIMITER) & ~seen for seen, w in zip(free, best[1], strict=True)]
-            best = (
-                [dr.select(h, 0, m) for h, m in zip(hidden, best[0], strict=True)],
-                [dr.select(h, NO_LIMITER, w) for h, w in zip(hidden, best[1], strict=True)],
-            )
-            put(lanes, best)
-            again = functools.reduce(operator.or_, hidden)
-            dr.eval(most, who, again)
-            chosen = dr.compress(again)
-            if dr.width(chosen):
-                lanes = self._lanes(k, chosen)
-                best = (
-                    [dr.gather(f.Float, most, at) for at in places(lanes)],
-                    [dr.gather(f.UInt32, who, at) for at in places(lanes)],
-                )
-                put(lanes, improve(lanes, best, q.seen(lanes, self.geometry)))
-        dr.eval(most, who)
-        found = who != NO_LIMITER
-        i = dr.select(found, dr.gather(f.UInt32, q.order, who, found), NO_LIMITER)
+        self._prepare(B.shape[1])
+        q = Ranking.of(self.surfels, self.surface, B, self.ceiling, self.clusters)
         dark = f.Bool((DARKEST >= B).T.ravel())
-        column = dr.arange(f.UInt32, size * k) // dr.opaque(f.UInt32, size) * self.surfels.n
-        zero = dr.gather(f.Bool, dark, column + i, found)
-        D = dr.select(zero, 0, 1 / most)
-        dr.eval(D, i)
-        return D, i
+
+        def finish(most: Any, who: Any, column: Any) -> tuple[Any, Any]:
+            found = who != NO_LIMITER
+            i = dr.select(found, dr.gather(f.UInt32, q.index, who, found), NO_LIMITER)
+            zero = dr.gather(f.Bool, dark, column * self.surfels.n + i, found)
+            return dr.select(zero, 0, 1 / most), i
+
+        if self._occludes:
+            found = self._search(q, ask=True)
+            column = dr.arange(f.UInt32, len(self) * q.k) // dr.opaque(f.UInt32, len(self))
+            result = finish(found.most, found.who, column)
+            dr.eval(result)
+            return result
+        lanes = self._lanes(q.k)
+        best = search(q, lanes, nothing(lanes, q.k), self._seeds(q))
+        ends = [finish(m, w, case % q.k) for case, (m, w) in enumerate(zip(*best, strict=True))]
+        found = Found.room(len(self), q.k)
+        found.put(lanes, ([D for D, _ in ends], [L for _, L in ends]))
+        dr.eval(found.most, found.who)
+        return found.most, found.who
+
+    @property
+    def _occludes(self) -> bool:
+        return self.geometry is not None or not self.surfels.flat
+
+    def _search(self, q: Ranking, ask: bool) -> Found:
+        """The largest S / B and its observation, for all points and radiances.
+
+        They are found first as if nothing occluded. Only lanes with a point that does not see
+        what was found search again, and ask each time; without ``ask`` none do.
+        """
+        seeds, lanes = self._seeds(q), self._lanes(q.k)
+        found = Found.room(len(self), q.k)
+        best = search(q, lanes, nothing(lanes, q.k), seeds)
+        if ask and self._occludes:
+            hidden = q.hidden(lanes, best[1], self.geometry)
+            again = any_of(hidden)
+            found.put(lanes, without(best, hidden))
+            dr.eval(found.most, found.who, again)
+            chosen = dr.compress(again)
+            if not dr.width(chosen):
+                return found
+            lanes = self._lanes(q.k, chosen)
+            best = search(q, lanes, found.take(lanes), seeds, q.seen(lanes, self.geometry))
+        found.put(lanes, best)
+        dr.eval(found.most, found.who)
+        return found
+
+    def _seeds(self, q: Ranking) -> Seeds | None:
+        """What limits the cells of the coarser field, to begin with."""
+        if self.coarser is None:
+            return None
+        shape = self.coarser.where.shape
+        ask = min(shape) > 1  # in a plane that costs more than it saves (measured)
+        return Seeds(self.coarser._search(q, ask), shape)
+
+    def _prepare(self, k: int) -> None:
+        """Make all lanes before the first kernel that uses them, so that the next is the same."""
+        if self.coarser is not None:
+            self.coarser._prepare(k)
+        self._lanes(k)
 
     def _lanes(self, k: int, chosen: Any = None) -> Lanes:
-        run = max(LEAST_RUN, min(RUN, REGISTERS // k))
+        run = RUN if k * RUN <= REGISTERS else RUN // 2
+        if chosen is None and run in self.kept:
+            return self.kept[run]
         if isinstance(self.where, Grid):
-            return columns_of(self.where, run, chosen)
-        return rows_of(self.where, run, chosen)
+            lanes = blocks_of(self.where, run, chosen)
+        else:
+            lanes = rows_of(self.where, run, chosen)
+        if chosen is None:
+            self.kept[run] = lanes
+        return lanes
 
-    def _places(self, L: Any) -> Any:
-        """Where limiters stand in the clusters' order; no limiter stands anywhere."""
-        f = types()
-        assert self.clusters is not None
-        place = np.empty(self.surfels.n + 1, np.uint32)
-        place[self.clusters.order] = np.arange(self.surfels.n)
-        place[-1] = 0
-        return dr.gather(f.UInt32, f.UInt32(place), dr.minimum(L, self.surfels.n))
+
+def ever_coarser(grid: Grid, n: int) -> list[Grid]:
+    """The grid, and coarser ones over the same region until one has few pairs with n observations.
+
+    >>> [g.shape for g in ever_coarser(Grid([0, 0, 0], [1, 1, 1], (100, 50, 50)), 10_000)]
+    [(100, 50, 50), (25, 13, 13)]
+    """
+    grids = [grid]
+    factor = COARSER[2 if min(grid.shape) == 1 else 3]
+    while np.prod(grids[-1].shape) * n > FEW_PAIRS:
+        x, y, z = (-(-m // factor) for m in grids[-1].shape)
+        grids.append(Grid(grid.lower, grid.upper, (x, y, z)))
+    return grids

@@ -14,6 +14,7 @@ import pytest
 
 import render
 from lightloc import (
+    Conductor,
     Grid,
     Lambert,
     Observations,
@@ -23,7 +24,8 @@ from lightloc import (
     radiance,
     shading,
 )
-from lightloc.fields import NO_LIMITER
+from lightloc.fields import NO_LIMITER, Field, limits
+from lightloc.shading import surfels
 
 LIGHT = np.array([0.4, -0.3, 1.1])
 INTENSITY = 5.0
@@ -237,6 +239,98 @@ def test_margin_raises_the_bound(square):
     assert plain[0, 0] < INTENSITY < safe[0, 0]
     S = shading(q, p)[:, 0]
     np.testing.assert_allclose(safe[0], ((noisy.radiance + 3 * sigma) / S).min(axis=0), rtol=1e-5)
+
+
+def test_grid_is_its_points(sample, facing):
+    """A grid has the field of its points: other kernels, the same D and limiters that attain it.
+
+    The two add up n.d and |d|^2 in another order, which costs a few roundings.
+    """
+    q = lit_by(facing(sample.brdf, LIGHT), PointLights([LIGHT, OTHERS[0]], STRENGTHS[:2]))
+    grid = Grid([-2, -2, -2], [2, 1, 2], (9, 10, 11))
+    D, L = intensity_distance(q, grid)
+    expected, who = intensity_distance(q, grid.points)
+    np.testing.assert_allclose(D, expected, rtol=1e-5)
+    assert (who != L).mean() < 0.01
+
+
+@pytest.mark.parametrize("shape", [(50, 1, 1), (1, 40, 1), (1, 7, 33), (21, 1, 19), (1, 1, 1)])
+def test_flat_grids(shape, square):
+    """Grids one cell deep along any axis."""
+    p = np.array([1.1, 1.9, 0.0])
+    q = lit_by(square, PointLights([p], [INTENSITY]))
+    grid = Grid([0.1, 0.2, -0.3], [2.9, 2.8, 0.4], shape)
+    D, _ = intensity_distance(q, grid)
+    np.testing.assert_allclose(D, intensity_distance(q, grid.points)[0], rtol=1e-5)
+
+
+@pytest.mark.parametrize("material", [Lambert(albedo=0.5), Conductor(alpha=0.4)])
+def test_many_radiances_at_once(material, square, rng):
+    """D and L of k radiances are those of each one alone, bit for bit, for any k."""
+    s = surfels(replace(square, material=material))
+    B = rng.uniform(0.5, 1.5, (len(square), 13))
+    grid = Grid.over(square.bounds, 5000)
+    D, L = limits(s, B, grid)
+    assert D.shape == L.shape == (len(grid.points), 13)
+    for k in range(13):
+        alone, who = limits(s, B[:, k : k + 1], grid)
+        np.testing.assert_array_equal(D[:, k], alone[:, 0])
+        np.testing.assert_array_equal(L[:, k], who[:, 0])
+
+
+def test_field_for_one_radiance_after_another(square, rng):
+    """A `Field` that is used again gives what a new one gives."""
+    s, grid = surfels(square), Grid.over(square.bounds, 5000)
+    kept = Field.over(s, grid)
+    for k in (1, 3, 1):
+        B = rng.uniform(0.5, 1.5, (len(square), k))
+        D, L = kept.limits(B)
+        fresh, who = Field.over(s, grid).limits(B)
+        np.testing.assert_array_equal(D, fresh)
+        np.testing.assert_array_equal(L, who)
+
+
+def test_order_of_observations(part, facing, rng):
+    """D does not depend on the order of the observations, and L follows them."""
+    q = lit_by(facing(part.brdf, LIGHT), PointLights([LIGHT, OTHERS[0]], STRENGTHS[:2]))
+    shuffled = rng.permutation(len(q))
+    other = Observations(
+        positions=q.positions[shuffled],
+        normals=q.normals[shuffled],
+        directions=q.directions[shuffled],
+        radiance=q.radiance[shuffled],
+        material=q.material,
+    )
+    points = Grid.over(BOUNDS, CELLS).points
+    D, L = intensity_distance(q, points)
+    moved, who = intensity_distance(other, points)
+    np.testing.assert_array_equal(moved, D)
+    found = L != NO_LIMITER
+    np.testing.assert_array_equal(shuffled[who[found]], L[found])
+
+
+def test_limits_of_three_channels(square):
+    """A material of three channels takes three radiances, channel by channel, and no others."""
+    albedo = [0.8, 0.5, 0.2]
+    rgb = surfels(replace(square, material=Lambert(albedo=albedo), radiance=np.ones((160, 3))))
+    points = Grid.over(square.bounds, 64).points
+    D, _ = limits(rgb, np.ones((160, 3)), points)
+    for c in range(3):
+        one = surfels(replace(square, material=Lambert(albedo=albedo[c])))
+        np.testing.assert_allclose(D[:, c], limits(one, np.ones((160, 1)), points)[0][:, 0])
+    with pytest.raises(ValueError, match="expected 3"):
+        limits(rgb, np.ones((160, 2)), points)
+
+
+def test_limits_refuses(square, refuses):
+    """Radiances below zero, or not one an observation, are refused in a sentence."""
+    s, points = surfels(square), [[1.0, 1.0, 0.0]]
+    with refuses("B"):
+        limits(s, -np.ones((len(square), 1)), points)
+    with refuses("B"):
+        limits(s, np.ones((len(square) - 1, 1)), points)
+    with refuses("B"):
+        limits(s, np.ones(len(square)), points)
 
 
 def test_grid_over():
