@@ -19,6 +19,7 @@ from scipy.spatial import cKDTree
 from lightloc.checks import array, unit_vectors
 
 NEIGHBOURS = 12  # a graph of 12 neighbours is 4 % longer than a plane's straight lines (measured)
+BOTH_SIDES = 3  # times as many are looked at: of 36 on a thin sheet 12 or more lie on one side
 MEDIAN = 1 / 3  # the disc to the k-th random neighbour stands for k less this, on the median
 SAME_SIDE = -0.5  # normals further apart than 120 degrees are two sides of one sheet
 
@@ -125,9 +126,10 @@ class Geodesic:
         return Geodesic(keys[order], lengths[order], n, float(share))
 
     def distances(self, a: NDArray[np.intp], b: NDArray[np.intp]) -> NDArray[np.float64]:
-        wanted = np.asarray(a, np.int64) * self.n + b
+        # Cells that lie together ask for the same pairs, and a search in order is 3 times faster.
+        wanted, which = np.unique(np.asarray(a, np.int64) * self.n + b, return_inverse=True)
         at = np.minimum(np.searchsorted(self.keys, wanted), len(self.keys) - 1)
-        return np.where(self.keys[at] == wanted, self.lengths[at], np.inf)
+        return np.where(self.keys[at] == wanted, self.lengths[at], np.inf)[which]
 
     def areas(
         self, a: NDArray[np.intp], b: NDArray[np.intp], c: NDArray[np.intp]
@@ -144,7 +146,7 @@ def _neighbours(
     tree: cKDTree, x: NDArray, normal: NDArray
 ) -> tuple[NDArray[np.float64], NDArray[np.intp], NDArray[np.bool_]]:
     """The nearest on the same side: (n, k) how far, which, and whether there is one, each."""
-    apart, near = tree.query(x, k=min(2 * NEIGHBOURS + 1, len(x)))
+    apart, near = tree.query(x, k=min(BOTH_SIDES * NEIGHBOURS + 1, len(x)))
     apart, near = apart.reshape(len(x), -1)[:, 1:], near.reshape(len(x), -1)[:, 1:]
     same = np.einsum("nd,nkd->nk", normal, normal[near]) > SAME_SIDE
     first = np.argsort(~same, axis=1, kind="stable")[:, :NEIGHBOURS]  # a sheet has two sides
