@@ -137,7 +137,7 @@ def published(
         raise ValueError("method 'paper' takes one channel; give it one of the three at a time")
     radius = q.diagonal / 2
     if surface is None:
-        surface = Geodesic.of(q.positions, q.normals, 2 * o.threshold * radius)
+        surface = Geodesic.of(q.positions, q.normals, o.threshold * radius)
     noisy = bool((q.sigma > 0).any())
     low_error = OF_THE_TRUTH * float(np.square(q.sigma).mean()) if noisy else LOW_ERROR
     if o.low_error is not None:

@@ -39,7 +39,7 @@ class Paper:
     low_error: float | None = None
     lowering: float | None = None  # H times this while there is no peak; silent. None: half
     # without noise, and 0.9 with it, where too low an H lets spurious peaks in
-    association: float = 0.04  # a candidate further from all hypotheses is a new one; silent
+    association: float = 0.03  # a candidate further from all hypotheses is a new one; silent
     stray: float = np.inf  # where the optimization is stopped early; silent on how far
     steps: int = 300  # of Levenberg-Marquardt; silent
     most_lights: int = 30  # hypotheses; silent

@@ -102,7 +102,7 @@ def circle(radius: int) -> NDArray[np.intp]:
     """The pixels of a circle in order, each a neighbour of the last: (m, 2) steps from p.
 
     >>> len(circle(1)), len(circle(15))
-    (8, 84)
+    (8, 112)
     """
     if radius == 1:
         ring = [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)]

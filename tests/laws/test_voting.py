@@ -70,7 +70,7 @@ SINGLE = [one_light(place) for place in np.random.default_rng(2018).uniform(0.05
 
 
 def off(p: np.ndarray, votes: Votes) -> float:
-    """How many cells the nearest of the peaks above half the highest lies off, on the worse axis."""
+    """How many cells off the nearest peak above half the highest is, on the worse axis."""
     peaks = votes.peaks(votes.votes.max() / 2, RADIUS, merge=0.0)
     flat = votes.grid.step > 0
     return float((np.abs(peaks - p)[:, flat] / votes.grid.step[flat]).max(axis=1).min())
