@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 
 from lightloc.backend import types
 
-LEAF = 16  # most observations in a cluster (measured: 8 and 32 are 5 to 10 % slower)
-FAN = 16  # most clusters in a node (measured likewise)
+LEAF = 16  # observations in a cluster, at most (measured: 8 as fast, 32 is 15 % slower)
+FAN = 4  # clusters in a node (measured: 8 and 16 are 5 to 20 % slower)
+FEW = 16  # nodes at the top, at most
 ROUNDING = 1e-6  # of the span: what boxes grow by, 8 roundings of float32
 SLACK = 1e-4  # relative: what a bound grows by, the rounding of a BRDF in float32 included
 CACHE_LINE = 16  # float32
@@ -69,33 +70,36 @@ class Volumes:
 
 @dataclass(frozen=True)
 class Clusters:
-    """Observations in the order of a kd tree, cut into leaves, and nodes of ``fan`` leaves."""
+    """Observations in the order of a kd tree, cut into leaves; `FAN` of these make a node, and so
+    on up to a few.
+
+    Args:
+        order: from that order to the observations' own.
+        levels: the leaves, then the nodes of every level above them.
+    """
 
     order: NDArray[np.int64]
-    leaves: Volumes
-    nodes: Volumes
-    fan: int
-
-    @functools.cached_property
-    def counts(self) -> tuple[Any, Any, Any, Any]:
-        """For kernels: the start of each leaf and the numbers of leaves, nodes and leaves a node,
-        which are no reason to compile again."""
-        f = types()
-        numbers = [f.UInt32(v) for v in (len(self.leaves), len(self.nodes), self.fan)]
-        dr.make_opaque(numbers)
-        return f.UInt32(self.leaves.start.astype(np.uint32)), *numbers
+    levels: list[Volumes]
 
     @staticmethod
     def of(x: NDArray, n: NDArray, span: float) -> Clusters:
-        """Cluster (n, 3) positions with their normals."""
+        """Cluster (n, 3) positions with their normals; ``span`` is the size of the region."""
         x, n = _float32(x), _float32(n)
         order, start = kd_order(np.concatenate([x, n * span], axis=1), LEAF)
-        fan = int(np.clip(round(np.sqrt(len(start) - 1)), 1, FAN))
-        ends = np.append(start[:-1:fan], start[-1])
         x, n = x[order], n[order]
-        return Clusters(
-            order, Volumes.around(start, x, n, span), Volumes.around(ends, x, n, span), fan
-        )
+        levels = [Volumes.around(start, x, n, span)]
+        while len(levels[-1]) > FEW:
+            start = np.append(start[:-1:FAN], start[-1])
+            levels.append(Volumes.around(start, x, n, span))
+        return Clusters(order, levels)
+
+    @functools.cached_property
+    def counts(self) -> tuple[Any, list[Any]]:
+        """For kernels: where each leaf starts, and the number of clusters on each level."""
+        f = types()
+        numbers = [f.UInt32(len(level)) for level in self.levels]
+        dr.make_opaque(numbers)  # other numbers are no reason to compile again
+        return f.UInt32(self.levels[0].start.astype(np.uint32)), numbers
 
 
 def kd_order(features: NDArray, leaf: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

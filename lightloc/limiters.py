@@ -15,7 +15,7 @@ from typing import Any
 import drjit as dr
 
 from lightloc.backend import types
-from lightloc.culling import Clusters, bound, row
+from lightloc.culling import FAN, Clusters, bound, row
 from lightloc.lanes import Lanes, Shape
 from lightloc.ranking import NO_LIMITER, Ranking, Seen
 
@@ -136,32 +136,36 @@ def _every(q: Ranking) -> Walk:
 def _promising(q: Ranking, clusters: Clusters, lanes: Lanes) -> Walk:
     """Through the clusters that can beat a point's best."""
     f = types()
-    start, leaves, nodes, fan = clusters.counts
-    sizes = len(clusters.leaves), len(clusters.nodes)
+    start, numbers = clusters.counts
     ends = lanes.points[0], lanes.points[-1]
     middle = [(a + b) / 2 for a, b in zip(*ends, strict=True)]
     half = [dr.abs(b - a) / 2 for a, b in zip(*ends, strict=True)]
 
     def beats(level: int, i: Any, best: Best) -> Any:
-        volume = row(q.bounds[level], i, sizes[level], lanes.count)
+        volume = row(q.bounds[level], i, len(clusters.levels[level]), lanes.count)
         bounds = bound(volume, middle, half, q.k, q.specular)
         worst = [functools.reduce(dr.minimum, best[0][c :: q.k]) for c in range(q.k)]
         return any_of([b > w for b, w in zip(bounds, worst, strict=True)])
 
-    def walk(visit: Visit, best: Best) -> Best:
-        def leaf(i: Any, best: Best) -> Best:
-            j = dr.gather(f.UInt32, start, i)
-            end = dr.select(beats(0, i, best), dr.gather(f.UInt32, start, i + 1), j)
-            return _loop(j, end, visit, best)
+    def into(level: int, visit: Visit) -> Visit:
+        """Visit the members of a cluster on that level, if it is worth it."""
 
-        def node(i: Any, best: Best) -> Best:
-            first = i * fan
-            end = dr.select(beats(1, i, best), dr.minimum(first + fan, leaves), first)
-            return _loop(first, end, leaf, best)
+        def cluster(i: Any, best: Best) -> Best:
+            if level == 0:
+                first, end, inner = (
+                    dr.gather(f.UInt32, start, i),
+                    dr.gather(f.UInt32, start, i + 1),
+                    visit,
+                )
+            else:
+                first, end = i * FAN, dr.minimum(i * FAN + FAN, numbers[level - 1])
+                inner = into(level - 1, visit)
+            return _loop(first, dr.select(beats(level, i, best), end, first), inner, best)
 
-        return _loop(f.UInt32(0), nodes, node, best)
+        return cluster
 
-    return walk
+    top = len(clusters.levels) - 1
+    return lambda visit, best: _loop(f.UInt32(0), numbers[top], into(top, visit), best)
 
 
 def _loop(first: Any, end: Any, body: Callable[[Any, Best], Best], best: Best) -> Best:

@@ -40,7 +40,7 @@ class Ranking:
         table: `records` of what a visit needs: where f is constant position, normal and f / B,
             else 1 / B alone.
         constant: whether f is.
-        bounds: `Volumes.records` of the clusters' leaves and nodes, where there are clusters.
+        bounds: `Volumes.records` of the clusters, level by level, where there are any.
         specular: whether these hold the bounds of lobes too.
     """
 
@@ -75,7 +75,7 @@ class Ranking:
         if constant:
             rows = np.column_stack([surface[order], shares[0]])
         if clusters is not None:
-            bounds = [v.records(*shares) for v in (clusters.leaves, clusters.nodes)]
+            bounds = [level.records(*shares) for level in clusters.levels]
         k, specular = B.shape[1], len(shares) == 2
         return Ranking(s, k, order, records(rows), constant, clusters, bounds, specular)
 

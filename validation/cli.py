@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from validation.figures.command import figures_command
 from validation.outputs import parameters, ready, sentence, writable
 from validation.table1.command import table1_command
 
@@ -230,6 +231,7 @@ def validate_command(
 
 
 app.command("table1")(table1_command)
+app.command("figures")(figures_command)
 
 
 @app.command("report")

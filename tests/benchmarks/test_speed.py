@@ -1,7 +1,9 @@
 """How fast, as ratios within one run: nothing here is asserted about time.
 
 Skipped unless benchmarks are asked for (``make bench``). The fields are timed beside plain NumPy
-and a Numba loop over the same pairs; NumPy has a smaller grid, so compare pairs a second.
+and a Numba loop over the same pairs, in turns, so that all suffer the same load; NumPy has a
+smaller grid in 3D, so compare pairs a second. `fields_curve.py` beside this file takes the larger
+grids.
 """
 
 from __future__ import annotations
@@ -12,48 +14,149 @@ from typing import Any
 
 import numpy as np
 import pytest
+from discs import Discs
 
 import lightloc
 import render
-from lightloc import Grid, intensity_distance
+from lightloc import Grid, Lambert, Observations, PointLights
+from lightloc.fields import Field, limits
+from lightloc.shading import surfels
 
 rivals = pytest.importorskip("rivals")
 
 OBSERVATIONS, CELLS, FEW_CELLS = 4096, 64, 16  # along each axis
+PLANE_OBSERVATIONS, PLANE_CELLS = 400, 256  # section 4.1
 ROUNDS = 3
+TURNS = 21  # of milliseconds each
+LIGHTS = PointLights([[0.45, 0.45, 0], [0.9, 0.2, 0], [0.1, 0.9, 0]], [2.0, 3.0, 1.0])
+CENTRES = np.array(
+    [[0.3, 0.3], [0.7, 0.35], [0.5, 0.7], [0.2, 0.75], [0.8, 0.8], [0.5, 0.15], [0.15, 0.5]]
+)
+RADIUS = 0.06  # of a disc, in a room of side 1
 
 
-class Field:
+def square(discs: Discs | None = None) -> Observations:
+    """The paper's 2D room: side 1, f = 1, 400 observations, three lights."""
+    t = (np.arange(PLANE_OBSERVATIONS // 4) + 0.5) / (PLANE_OBSERVATIONS // 4)
+    zero, one = np.zeros_like(t), np.ones_like(t)
+    walls = ((t, zero, zero), (one, t, zero), (1 - t, one, zero), (zero, 1 - t, zero))
+    normals = np.repeat([[0.0, 1, 0], [-1, 0, 0], [0, -1, 0], [1, 0, 0]], len(t), axis=0)
+    q = Observations(
+        positions=np.concatenate([np.stack(wall, axis=1) for wall in walls]),
+        normals=normals,
+        directions=normals,
+        radiance=np.zeros(PLANE_OBSERVATIONS),
+        material=Lambert(albedo=np.pi),
+    )
+    return q.with_radiance(lightloc.radiance(q, LIGHTS, discs), 0.0)
+
+
+def plane_grid() -> Grid:
+    return Grid([0, 0, 0], [1, 1, 0], (PLANE_CELLS, PLANE_CELLS, 1))
+
+
+def arrays(q: Observations) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """What the rivals take: positions, normals, pi B / albedo."""
+    albedo = np.broadcast_to(q.material.parameters()["albedo"], (len(q), 1))
+    I0 = (np.pi * q.radiance / albedo)[:, 0]
+    return q.positions.astype(np.float32), q.normals.astype(np.float32), I0.astype(np.float32)
+
+
+def in_turns(runs: dict[str, Callable[[], Any]], turns: int) -> dict[str, float]:
+    """Median seconds of each, after two warm-ups, one after the other in every turn."""
+    seconds: dict[str, list[float]] = {who: [] for who in runs}
+    for turn in range(turns + 2):
+        for who, run in runs.items():
+            start = time.perf_counter()
+            run()
+            if turn >= 2:
+                seconds[who].append(time.perf_counter() - start)
+    return {who: float(np.median(s)) for who, s in seconds.items()}
+
+
+def plane_times(turns: int = TURNS) -> dict[str, float]:
+    """Seconds of D and L on 256 x 256 positions x 400 observations, in one run."""
+    q, grid = square(), plane_grid()
+    s, points = surfels(q), plane_grid().points.astype(np.float32)
+    kept, every = Field.over(s, grid), Field.over(s, grid, cull=False)
+    rival = arrays(q)
+    runs = {
+        "ours, a Field kept": lambda: kept.limits(q.radiance),
+        "ours, a new one": lambda: limits(s, q.radiance, grid),
+        "ours, all pairs": lambda: every.limits(q.radiance),
+        "Numba": lambda: rivals.numba_field(*rival, points),
+        "NumPy": lambda: rivals.numpy_field(*rival, points),
+    }
+    D = runs["ours, a Field kept"]()[0][:, 0]
+    for who in ("Numba", "NumPy"):
+        np.testing.assert_allclose(runs[who]()[0], D, rtol=1e-3)
+    numpy_alone = in_turns({"NumPy": runs.pop("NumPy")}, ROUNDS)
+    return {**in_turns(runs, turns), **numpy_alone}
+
+
+def occluder_times(turns: int = TURNS) -> dict[int, float]:
+    """Seconds of the same field with 0 to 7 discs in the room."""
+    runs = {}
+    for m in range(len(CENTRES) + 1):
+        discs = Discs(np.column_stack([CENTRES[:m], np.full(m, RADIUS)])) if m else None
+        q = square(discs)
+        kept = Field.over(surfels(q), plane_grid(), discs)
+        runs[str(m)] = lambda kept=kept, B=q.radiance: kept.limits(B)
+    return {int(m): seconds for m, seconds in in_turns(runs, turns).items()}
+
+
+@pytest.mark.benchmark(group="plane")
+def test_plane(benchmark):
+    """256 x 256 positions, 400 observations: the paper's 45 ms (section 4.1)."""
+    seconds = plane_times()
+    print()
+    for who, s in seconds.items():
+        print(f"{who:20} {1e3 * s:8.2f} ms, {s / seconds['Numba']:6.2f} x Numba")
+        benchmark.extra_info[who] = s
+    kept = Field.over(surfels(square()), plane_grid())
+    B = square().radiance
+    benchmark.pedantic(lambda: kept.limits(B), rounds=TURNS, warmup_rounds=2)
+
+
+@pytest.mark.benchmark(group="plane")
+def test_occluders(benchmark):
+    """What each occluding primitive adds to it: the paper's 8 ms."""
+    seconds = occluder_times()
+    print()
+    for m, s in seconds.items():
+        each = f", {1e3 * (s - seconds[0]) / m:6.2f} ms each" if m else ""
+        print(f"{m} discs {1e3 * s:8.2f} ms{each}")
+    benchmark.extra_info["seconds"] = list(seconds.values())
+    benchmark.pedantic(lambda: None, rounds=1)
+
+
+class Room:
     """One unoccluded, diffuse field and the three ways to compute it."""
 
     def __init__(self, room: render.Room) -> None:
         self.q = render.observe(room, points=OBSERVATIONS, seed=1, transport="direct")
         low, high = room.bounds
-        self.grid = Grid(low, high, (CELLS,) * 3).points
-        self.few = Grid(low, high, (FEW_CELLS,) * 3).points
-        albedo = np.broadcast_to(self.q.material.parameters()["albedo"], (OBSERVATIONS, 1))
-        self.arrays = (
-            self.q.positions.astype(np.float32),
-            self.q.normals.astype(np.float32),
-            (np.pi * self.q.radiance / albedo)[:, 0].astype(np.float32),
-        )
+        self.grid, self.few = (Grid(low, high, (cells,) * 3) for cells in (CELLS, FEW_CELLS))
+        s = surfels(self.q)
+        self.kept = {g.shape: Field.over(s, g) for g in (self.grid, self.few)}
+        self.every = {g.shape: Field.over(s, g, cull=False) for g in (self.grid, self.few)}
 
-    def ours(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        D, L = intensity_distance(self.q, points)
-        return D[:, 0], L[:, 0]
+    def ours(self, grid: Grid) -> np.ndarray:
+        return self.kept[grid.shape].limits(self.q.radiance)[0][:, 0]
 
-    def numpy(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return rivals.numpy_field(*self.arrays, points.astype(np.float32))
+    def all_pairs(self, grid: Grid) -> np.ndarray:
+        return self.every[grid.shape].limits(self.q.radiance)[0][:, 0]
 
-    def numba(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        x, n, I0 = self.arrays
-        columns = (np.ascontiguousarray(c) for c in (*x.T, *n.T))
-        return rivals.numba_field(*columns, I0, points.astype(np.float32))
+    def numpy(self, grid: Grid) -> np.ndarray:
+        return rivals.numpy_field(*arrays(self.q), grid.points.astype(np.float32))[0]
+
+    def numba(self, grid: Grid) -> np.ndarray:
+        return rivals.numba_field(*arrays(self.q), grid.points.astype(np.float32))[0]
 
 
 @pytest.fixture(scope="module")
-def field(load) -> Field:
-    return Field(load("box_three"))
+def field(load) -> Room:
+    return Room(load("box_three"))
 
 
 def timed(benchmark: Any, pairs: int, run: Callable[[], Any]) -> Any:
@@ -65,34 +168,30 @@ def timed(benchmark: Any, pairs: int, run: Callable[[], Any]) -> Any:
 
 
 @pytest.mark.benchmark(group="intensity_distance")
-@pytest.mark.parametrize("who", ["ours", "numba", "numpy"])
+@pytest.mark.parametrize("who", ["ours", "all_pairs", "numba", "numpy"])
 def test_field(who, field, benchmark):
     """D and L on 64^3 positions x 4 096 observations (NumPy: 16^3)."""
-    points = field.few if who == "numpy" else field.grid
-    D, _ = timed(benchmark, len(points) * OBSERVATIONS, lambda: getattr(field, who)(points))
+    grid = field.few if who == "numpy" else field.grid
+    pairs = int(np.prod(grid.shape)) * OBSERVATIONS
+    D = timed(benchmark, pairs, lambda: getattr(field, who)(grid))
     assert np.isfinite(D).all()
 
 
 @pytest.mark.benchmark(group="ratios")
 def test_ratios(field, benchmark):
-    """Pairs a second of the three, and their ratios, in one run; the fields agree."""
-    rates, results = {}, {}
-    for who, points in (("ours", field.grid), ("numba", field.grid), ("numpy", field.few)):
-        run = getattr(field, who)
-        run(points)
-        least = np.inf
-        for _ in range(ROUNDS):
-            start = time.perf_counter()
-            run(points)
-            least = min(least, time.perf_counter() - start)
-        rates[who] = len(points) * OBSERVATIONS / least
-        results[who] = run(field.few)[0]
-    for who in ("numba", "numpy"):
-        np.testing.assert_allclose(results[who], results["ours"], rtol=1e-3)
+    """Pairs a second of the four, and their ratios, in one run; the fields agree."""
+    grids = {who: field.grid for who in ("ours", "all_pairs", "numba")} | {"numpy": field.few}
+    runs = {
+        who: lambda who=who, grid=grid: getattr(field, who)(grid) for who, grid in grids.items()
+    }
+    seconds = in_turns(runs, ROUNDS)
+    for who in grids:
+        np.testing.assert_allclose(getattr(field, who)(field.few), field.ours(field.few), rtol=1e-3)
     print()
-    for who, rate in rates.items():
-        print(f"{who:6} {rate / 1e9:6.3f} Gpairs/s, {rate / rates['numpy']:5.1f} x NumPy")
+    for who, grid in grids.items():
+        rate = int(np.prod(grid.shape)) * OBSERVATIONS / seconds[who]
         benchmark.extra_info[who] = rate
+        print(f"{who:10} {rate / 1e9:8.3f} Gpairs/s")
     benchmark.pedantic(lambda: field.ours(field.few), rounds=1)
 
 

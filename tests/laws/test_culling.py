@@ -192,7 +192,7 @@ def test_bound(material, room, rng):
     q = room(material)
     clusters = Clusters.of(q.positions, q.normals, 2 * SIDE)
     parts = [part[clusters.order] for part in shares(q)]
-    for volumes in (clusters.leaves, clusters.nodes):
+    for volumes in clusters.levels:
         which = rng.integers(0, len(volumes), PAIRS)
         middle = rng.uniform(-0.5, SIDE + 0.5, (PAIRS, 3))
         half = rng.exponential(0.2, (PAIRS, 3)) * [0, 0, 1]
