@@ -1,4 +1,4 @@
-"""lightloc figures: the paper's Figures 1 to 5 from our own data, on one page."""
+"""lightloc figures: the paper's Figures 1 to 6 from our own data, on one page."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ MODULES = {  # number: module, and about how long it takes beside the others
     3: ("cluster", 22),
     4: ("noise", 2),
     5: ("three_d", 25),
+    6: ("wall_points", 20),
 }
 KINDS = ("png", "svg")
 
@@ -27,7 +28,7 @@ def figures_command(
     ),
     only: Annotated[list[int], typer.Option(help="Draw this figure only, as 1.")] = [],  # noqa: B006
 ) -> None:
-    """Draw the paper's Figures 1 to 5 from our own data: PNG, SVG and a page beside its captions.
+    """Draw the paper's Figures 1 to 6 from our own data: PNG, SVG and a page beside its captions.
 
     Example: lightloc figures -o figures --only 1 --only 4
     """

@@ -32,11 +32,11 @@ def page(drawings: Sequence[Drawing], made: dict[str, Any]) -> str:
 <head>
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
-<title>Figures 1 to 5</title>
+<title>Figures 1 to 6</title>
 <style>{STYLE}</style>
 </head>
 <body>
-<h1>Figures 1 to 5</h1>
+<h1>Figures 1 to 6</h1>
 <p>{escape(MARKS)}</p>
 {parts}
 <footer>Made {escape(made["date"])} from commit {escape(made["commit"] or "unknown")},

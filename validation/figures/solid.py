@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
@@ -129,7 +129,9 @@ def marked(axes: Any, positions: ArrayLike, floor: float, **mark: Any) -> None:
     axes.scatter(*np.asarray(positions).T, depthshade=False, zorder=10, **mark)
 
 
-def radiance_points(axes: Any, q: Observations, some: Sequence[int] | slice = slice(None)) -> None:
+def radiance_points(
+    axes: Any, q: Observations, some: NDArray[np.intp] | slice = slice(None)
+) -> None:
     """B(q) at its points, grey, brighter where B is; the far walls only, to see inside."""
     B = q.radiance[some].mean(axis=1)
     shade = np.clip(B / np.quantile(B, 0.98), 0, 1) ** (1 / 2.2)
