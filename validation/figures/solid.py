@@ -36,7 +36,7 @@ OPTIONS = Paper(
 SAME_AS_TRUTH = 1e-5  # of the mean of B^2: lights with a smaller error explain B
 VIEW = (24.0, -62.0)  # elevation and azimuth of the drawings, degrees
 FAINT, POWER = 0.02, 1.5  # opacity of the least V, and how fast it grows: the cloud's inside shows
-DOT, ZOOM = 7.0, 1.12
+DOT, ZOOM = 7.0, 0.97
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,12 +79,14 @@ def observed(room: render.Room) -> Solid:
 
 def space(figure: Figure, place: Any, title: str, bounds: NDArray) -> Any:
     """3D axes with the room's edges, metres, equal."""
-    axes: Any = figure.add_subplot(place, projection="3d")
+    axes: Any = figure.add_subplot(place, projection="3d", computed_zorder=False)
     axes.set_title(title, fontsize=10)
     axes.view_init(*VIEW)
     axes.set_box_aspect(bounds[1] - bounds[0], zoom=ZOOM)
     axes.set_proj_type("persp", focal_length=0.5)
     corners = np.array(list(product(*bounds.T)))
+    for pane in (axes.xaxis, axes.yaxis, axes.zaxis):
+        pane.set_pane_color("white")
     for a, b in ((a, b) for i, a in enumerate(corners) for b in corners[:i]):
         if np.count_nonzero(a != b) == 1:
             axes.plot(*np.stack([a, b]).T, color="#808080", linewidth=0.8)

@@ -49,8 +49,10 @@ PAPER = (
 class Data:
     """The room, the points used, V before and after, and what was found.
 
+    ``q`` are all points of the walls, ``problem`` has the lit ones, which are used.
     ``first`` and ``second`` are the highest peaks of both V, (3,) each; ``one`` and ``two`` the
-    lights optimized from the first, and from both; ``mse`` and ``expected`` the mean squared
+    lights optimized from the first, and from both; ``dark`` counts the points of which more than B was taken away, which
+    have 0 left; ``mse`` and ``expected`` the mean squared
     error of the two and of the noise.
     """
 
@@ -63,6 +65,7 @@ class Data:
     second: NDArray[np.float64]
     one: PointLights
     two: PointLights
+    dark: int
     mse: float
     expected: float
 
@@ -92,10 +95,12 @@ def data(watch: Callable[[float], None]) -> Data:
     one, _ = optimize(problem, first[None], grid, radius, o)
     explained = rendered(problem, one.positions) @ one.intensities
     watch(0.6)
-    after, second = vote(np.maximum(problem.radiance - SHARE * explained, 0.0))
+    left = problem.radiance - SHARE * explained
+    after, second = vote(np.maximum(left, 0.0))
     two, mse = optimize(problem, np.stack([first, second]), grid, radius, o)
     expected = float(np.square(problem.sigma).mean())
-    return Data(room, problem, q, before, after, first, second, one, two, mse, expected)
+    dark = int((left < 0).sum())
+    return Data(room, problem, q, before, after, first, second, one, two, dark, mse, expected)
 
 
 def drawing(watch: Callable[[float], None]) -> draw.Drawing:
@@ -112,7 +117,7 @@ def drawing(watch: Callable[[float], None]) -> draw.Drawing:
         f"(d) V(p) with {SHARE:.0%} of the first light taken away",
     )
     a, b, c, last = (
-        space(figure, place, title, bounds) for place, title in zip(places, titles, strict=True)
+        space(figure, places[divmod(i, 2)], title, bounds) for i, title in enumerate(titles)
     )
     radiance_points(a, everything)
     radiance_points(b, d.q, np.flatnonzero(used))
