@@ -115,9 +115,9 @@ def cloud(axes: Any, votes: Votes, figure: Figure) -> None:
         *points.T, c=colours, s=DOT, linewidths=0, depthshade=False, rasterized=True, zorder=1
     )
     bar = figure.colorbar(
-        matplotlib.cm.ScalarMappable(scale, CLOUD), ax=axes, shrink=0.55, pad=0.08
+        matplotlib.cm.ScalarMappable(scale, CLOUD), ax=axes, shrink=0.55, pad=0.17
     )
-    bar.set_label("V(p), in shares of the surface", fontsize=8)
+    bar.set_label("V(p), limiters a triangle of the sphere", fontsize=8)
     bar.ax.tick_params(labelsize=7)
 
 

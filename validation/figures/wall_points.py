@@ -31,7 +31,12 @@ from validation.figures.solid import (
 )
 
 SCENE, LAMPS = "furnished", (0, 3)
-WALLS = ("ceiling", "west_wall", "south_wall", "north_wall")  # no furniture stands before them
+WALLS = (
+    "ceiling",
+    "west_wall",
+    "south_wall",
+    "north_wall",
+)  # the others are hidden more
 NOISE = 0.01  # k: a point's mean over 25 pictures with the k = 0.05 of section 6.1
 LIT = 0.05  # of the mean B: darker points lie in shadow
 SHARE = 0.8  # of the first light that is taken away
@@ -49,11 +54,11 @@ PAPER = (
 class Data:
     """The room, the points used, V before and after, and what was found.
 
-    ``q`` are all points of the walls, ``problem`` has the lit ones, which are used.
-    ``first`` and ``second`` are the highest peaks of both V, (3,) each; ``one`` and ``two`` the
-    lights optimized from the first, and from both; ``dark`` counts the points of which more than B was taken away, which
-    have 0 left; ``mse`` and ``expected`` the mean squared
-    error of the two and of the noise.
+    ``q`` has all points of the walls, ``problem`` the lit ones, which are used. ``first`` and
+    ``second`` are the highest peaks of both V, (3,) each; ``one`` and ``two`` the lights optimized
+    from the first, and from both; ``dark`` counts the points of which more than B was taken away,
+    and which have 0 left; ``mse`` and ``expected`` are the mean squared error of the two lights
+    and of the noise.
     """
 
     room: render.Room
@@ -107,6 +112,7 @@ def drawing(watch: Callable[[float], None]) -> draw.Drawing:
     d = data(watch)
     figure = draw.canvas(13.0, 9.6, f"Figure 6. {TITLE}")
     places = figure.add_gridspec(2, 2)
+    cells = [places[row, column] for row in (0, 1) for column in (0, 1)]
     bounds, true = d.room.bounds, d.room.lights.positions
     everything = render.observe(d.room, points=POINTS, seed=SEED, transport="direct", noise=NOISE)
     used = d.q.radiance[:, 0] > LIT * d.q.radiance.mean()
@@ -117,7 +123,7 @@ def drawing(watch: Callable[[float], None]) -> draw.Drawing:
         f"(d) V(p) with {SHARE:.0%} of the first light taken away",
     )
     a, b, c, last = (
-        space(figure, places[divmod(i, 2)], title, bounds) for i, title in enumerate(titles)
+        space(figure, place, title, bounds) for place, title in zip(cells, titles, strict=True)
     )
     radiance_points(a, everything)
     radiance_points(b, d.q, np.flatnonzero(used))
