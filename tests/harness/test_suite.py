@@ -126,7 +126,7 @@ def test_result_holds_what_the_report_reads(tiny):
         assert {"step", "lights", "chi2", "detail"} <= set(r["search"]["history"][0])
         assert {"load", "observe", "localize", "judge", "total"} <= set(r["seconds"])
         assert {"date", "commit", "versions"} <= set(r["made"])
-        assert set(r["made"]["versions"]) == {"lightloc", "mitsuba", "drjit", "python"}
+        assert set(r["made"]["versions"]) >= {"lightloc", "mitsuba", "drjit", "python"}
         arrays = {
             file: set(np.load(out / "cases" / name / f"{file}.npz"))
             for file in ("room", "fields", "view")
