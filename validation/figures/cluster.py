@@ -128,6 +128,6 @@ def sentence(e: End) -> str:
         )
     seen = f"in {e.told_apart}" if e.told_apart else "in none"
     return (
-        f"{start} {seen} of {e.last.iteration + 1} iterations had each a candidate. The least "
+        f"{start} {seen} of {e.last.iteration + 1} iterations did each have a candidate. The least "
         f"error of {len(e.lights)} lights was {e.mse:.3g}. {e.reason.value if e.reason else ''}"
     )

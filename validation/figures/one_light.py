@@ -108,7 +108,7 @@ def drawing(watch: Callable[[float], None]) -> draw.Drawing:
     draw.legend(figure, a)
     ours = (
         f"The light has {BRIGHT:g} W/sr at ({LIGHT[0]:g}, {LIGHT[1]:g}) m; its cell's D is "
-        f"{d.bound_at_light:.3f} W/sr, and D is smooth there while all colours of L meet in it. "
+        f"{d.bound_at_light:.3f} W/sr, and regions of L from all four walls meet in it. "
         f"A shiny x0 allows little light along the mirror direction of ω and much elsewhere. The "
         f"highest bar outside the walls is B = {q.radiance.max():.1f} W/(sr m²)."
     )

@@ -150,10 +150,10 @@ def sentence(d: Data) -> str:
     end = apart(true.positions, d.two.positions).min(axis=1, initial=np.inf)
     size = d.room.bounds[1] - d.room.bounds[0]
     return (
-        f"We have no scan. Scene {SCENE} ({size[0]:g} x {size[1]:g} x {size[2]:g} m), lit by two "
-        f"of its four lights; direct light, noise of k = {NOISE:g}, {d.problem.rows} lit points of "
-        f"{len(WALLS)} diffuse planes, known albedos. The first maximum lies {off[0]:.2f} m from a "
-        f"light. In place of the paper's iterations the light that was optimized from there was "
+        f"We have no scan. Scene {SCENE} ({size[0]:.2g} x {size[1]:.2g} x {size[2]:.2g} m), lit by "
+        f"two of its four lights; direct light, noise of k = {NOISE:g}; {d.problem.rows} points "
+        f"of {len(WALLS)} diffuse planes, known albedos. The first maximum is {off[0]:.2f} m from "
+        f"a light. In place of the paper's iterations the light that was optimized from there was "
         f"taken away once, by {SHARE:.0%}: the maximum of what is left lies {off[1]:.2f} m from "
         f"the other light. Optimized together, {len(d.two)} light(s) lie within {end.max():.2g} m "
         f"of the true ones; mean squared error {d.mse:.2g}, of the noise {d.expected:.2g}."
