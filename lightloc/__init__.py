@@ -2,18 +2,20 @@
 
 import lightloc.backend  # noqa: F401  (first: it chooses the LLVM library)
 from lightloc.brdf import BRDF, Conductor, Lambert, Mixed, Plastic
+from lightloc.certainty import Bound, cramer_rao
 from lightloc.fields import Grid, intensity, intensity_distance
 from lightloc.geometry import Geometry
 from lightloc.indirect import remove_indirect
 from lightloc.lights import PointLights
 from lightloc.localize import localize
 from lightloc.observations import Observations
+from lightloc.options import Options
 from lightloc.outline import Outline
 from lightloc.paper import Paper
 from lightloc.result import Localization, Reason
-from lightloc.search import Options
 from lightloc.shading import check_gradient, radiance, shading, shading_gradient
 from lightloc.surface import Geodesic, Perimeter, SolidAngle, Surface
+from lightloc.verdicts import Kind, Verdict
 from lightloc.voting import Votes, vote
 
 __version__ = "0.1.0"
@@ -47,4 +49,8 @@ __all__ = [  # in pipeline order
     "Paper",
     "Localization",
     "Reason",
+    "Verdict",
+    "Kind",
+    "cramer_rao",
+    "Bound",
 ]

@@ -10,8 +10,15 @@ from __future__ import annotations
 import importlib.metadata
 import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
+
+import numpy as np
 
 OLDEST_LLVM = 17  # the first that selects fminimum / fmaximum on x86_64 (measured)
 LLVM_WHEEL = "karellen-llvm-core"
@@ -81,9 +88,37 @@ def llvm_version() -> tuple[int, ...] | None:
 
 
 def types() -> Any:
-    """The Dr.Jit module with the differentiable array types (Float, Array3f, ...)."""
+    """The Dr.Jit module with the differentiable array types (Float, Array3f, ...).
+
+    Within `doubles` its reals have 64 bits, at half the speed or less.
+    """
     if current() == CUDA:
         import drjit.cuda.ad as module
     else:
         import drjit.llvm.ad as module  # type: ignore[no-redef]
-    return module
+    return _of_64_bits(module) if _DOUBLE.get() else module
+
+
+def reals(values: Any) -> Any:
+    """An array of the reals that `types` has now."""
+    kind = np.float64 if _DOUBLE.get() else np.float32
+    return types().Float(np.ascontiguousarray(values, kind))
+
+
+@contextmanager
+def doubles(wanted: bool = True) -> Iterator[None]:
+    """Let `types` have reals of 64 bits, for kernels whose rounding must not be seen."""
+    before = _DOUBLE.set(wanted)
+    try:
+        yield
+    finally:
+        _DOUBLE.reset(before)
+
+
+_DOUBLE: ContextVar[bool] = ContextVar("double", default=False)
+
+
+@cache
+def _of_64_bits(module: Any) -> Any:
+    names = {name: getattr(module, name) for name in ("UInt32", "Int32", "Bool", "PCG32")}
+    return SimpleNamespace(Float=module.Float64, Array3f=module.Array3f64, **names)

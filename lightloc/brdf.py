@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lightloc import ceiling
-from lightloc.backend import types
+from lightloc.backend import reals, types
 from lightloc.ceiling import Ceiling
 from lightloc.checks import numbers
 from lightloc.microfacet import (
@@ -158,7 +158,7 @@ class Plastic(Parameters):
         pairs = np.concatenate(np.broadcast_arrays(self.alpha, self.ior), axis=1)
         unique, row = np.unique(pairs, axis=0, return_inverse=True)
         tables, internal = zip(*(transmittance_table(a, eta) for a, eta in unique), strict=True)
-        table = f.Float(np.concatenate(tables).astype(np.float32))
+        table = reals(np.concatenate(tables))
         row_of = bind_parameter(row.reshape(-1, 1) * float(TABLE_NODES))
         inside = bind_parameter(np.asarray(internal)[row.reshape(-1)][:, None])
         alpha, ior = bind_parameter(self.alpha), bind_parameter(self.ior)

@@ -7,70 +7,111 @@ question about the whole room is then one product of matrices.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter
 
-from lightloc.fields import Grid
+from lightloc.grid import Grid
 from lightloc.shading import shading
 from lightloc.solve import Problem
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Dictionary:
-    """S(q, p) / sigma for all positions of a grid: ``atoms`` (g, n, c) float32."""
+    """S(q, p) / sigma for all positions of a grid: ``atoms`` (c, g, n) float32.
+
+    ``cap`` (g, c) is D(p), Eq. 6: the brightest that a light can be there.
+    """
 
     grid: Grid
     points: NDArray[np.float64]  # (g, 3)
     atoms: NDArray[np.float32]
+    cap: NDArray[np.float64]
 
     @staticmethod
     def over(problem: Problem, grid: Grid) -> Dictionary:
         points = grid.points
-        S = shading(problem.surfels, points, problem.geometry)
-        atoms = np.ascontiguousarray(S.transpose(1, 0, 2) / problem.sigma, dtype=np.float32)
-        return Dictionary(grid, points, atoms)
+        atoms = atoms_at(problem, points)
+        return Dictionary(grid, points, atoms, caps(problem, atoms))
+
+    def under(self, problem: Problem, other: Problem) -> Dictionary:
+        """The same positions for the same observations with other standard errors."""
+        ratio = (problem.sigma / other.sigma).T[:, None].astype(np.float32)
+        atoms = self.atoms * ratio
+        return Dictionary(self.grid, self.points, atoms, caps(other, atoms))
+
+    @cached_property
+    def energies(self) -> NDArray[np.float32]:
+        return np.square(self.atoms)
 
     def gains(self, residual: NDArray, columns: NDArray, weight: NDArray) -> NDArray[np.float64]:
-        """How much chi-square one more light would gain at each position, all others refitted.
+        """`gains_of` this grid's atoms."""
+        return gains_of(self.atoms, self.energies, self.cap, residual, columns, weight)
 
-        Args:
-            residual: (n, c) in standard errors, orthogonal to the present lights.
-            columns: (n, k, c) the present lights' S / sigma.
-            weight: (n, c) in 0..1, the weight that a robust loss gives each residual.
+    def peaks(self, gains: NDArray, most: int) -> NDArray[np.intp]:
+        """The ``most`` highest local maxima of the gains, best first: rows of ``points``."""
+        field = gains.reshape(self.grid.shape)
+        top = np.flatnonzero((gains > 0) & (field == maximum_filter(field, 3)).ravel())
+        return top[np.argsort(-gains[top], kind="stable")][:most]
 
-        Returns (g,): sum over channels of a^2 / b for a > 0, where a is the correlation with the
-        residual and b what is left of the atom's energy beside the present lights'.
-        """
-        total = np.zeros(len(self.points))
-        for c in range(residual.shape[1]):
-            atoms = self.atoms[:, :, c]
-            root = np.sqrt(weight[:, c])
-            a = atoms @ (residual[:, c] * weight[:, c]).astype(np.float32)
-            b = (atoms * atoms) @ weight[:, c].astype(np.float32)
-            floor = ENERGY_LEFT * b
-            if columns.shape[1]:
-                basis, _ = np.linalg.qr(columns[:, :, c] * root[:, None])
-                b = b - np.square(atoms @ (basis * root[:, None]).astype(np.float32)).sum(axis=1)
-            total += np.where(
-                (a > 0) & (b > floor) & (floor > 0), a * a / np.maximum(b, floor + 1e-30), 0
-            )
-        return total
 
-    def peaks(self, gains: NDArray, most: int) -> NDArray[np.float64]:
-        """The ``most`` highest local maxima of the gains: (m, 3) positions, best first."""
-        field = np.pad(gains.reshape(self.grid.shape), 1, constant_values=-np.inf)
-        around = np.full(self.grid.shape, -np.inf)
-        nx, ny, nz = self.grid.shape
-        for dx in range(3):
-            for dy in range(3):
-                for dz in range(3):
-                    if (dx, dy, dz) != (1, 1, 1):
-                        shifted = field[dx : dx + nx, dy : dy + ny, dz : dz + nz]
-                        around = np.maximum(around, shifted)
-        top = np.flatnonzero((gains > 0) & (gains >= around.ravel()))
-        return self.points[top[np.argsort(-gains[top], kind="stable")][:most]]
+def atoms_at(problem: Problem, points: NDArray) -> NDArray[np.float32]:
+    """S / sigma at (g, 3) points: (c, g, n)."""
+    S = shading(problem.surfels, points, problem.geometry)
+    return np.ascontiguousarray((S / problem.sigma[:, None]).transpose(2, 1, 0), dtype=np.float32)
+
+
+def caps(problem: Problem, atoms: NDArray) -> NDArray[np.float64]:
+    """D(p) = min B / S with B raised by `MARGIN` standard errors: (g, c)."""
+    top = (np.maximum(problem.radiance / problem.sigma, 0) + MARGIN).T.astype(np.float32)
+    with np.errstate(divide="ignore"):
+        return np.stack([(B / a).min(axis=1) for B, a in zip(top, atoms, strict=True)], axis=1)
+
+
+def gains_of(
+    atoms: NDArray,
+    energies: NDArray,
+    cap: NDArray,
+    residual: NDArray,
+    columns: NDArray,
+    weight: NDArray,
+) -> NDArray[np.float64]:
+    """How much chi-square one more light would gain at each position, all others refitted.
+
+    Args:
+        atoms, energies: (c, g, n) S / sigma and its square.
+        cap: (g, c) the brightest that a light can be.
+        residual: (n, c) in standard errors.
+        columns: (n, k, c) whatever is refitted with it: the present lights' S / sigma.
+        weight: (n, c) in 0..1, the weight that a robust loss gives each residual.
+
+    Returns (g,): the sum over channels of 2 a I - b I^2 at I = min(a / b, D), where a > 0 is the
+    correlation with the residual and b what is left of the atom's energy beside the present
+    lights'.
+    """
+    total = np.zeros(atoms.shape[1])
+    for c in range(len(atoms)):
+        root = np.sqrt(weight[:, c])
+        present = columns[:, (columns[:, :, c] != 0).any(axis=0), c] * root[:, None]
+        basis, _ = np.linalg.qr(present)
+        z = residual[:, c] * root
+        z = (z - basis @ (basis.T @ z)) * root
+        a = atoms[c] @ z.astype(np.float32)
+        b = energies[c] @ weight[:, c].astype(np.float32)
+        floor = ENERGY_LEFT * b
+        if present.shape[1]:
+            b = b - np.square(atoms[c] @ (basis * root[:, None]).astype(np.float32)).sum(axis=1)
+        good = (a > 0) & (b > floor) & (floor > 0)
+        a, b = np.where(good, a, 0.0), np.where(good, b, 1.0)
+        I = np.minimum(a / b, cap[:, c])
+        total += 2 * a * I - b * I * I
+    return total
 
 
 ENERGY_LEFT = 1e-3
 """Atoms that the present lights explain but for this share are those lights again."""
+
+MARGIN = 3.0
+"""Standard errors on top of B before D caps a candidate: one in a thousand B is lower still."""

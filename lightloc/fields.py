@@ -20,7 +20,8 @@ from lightloc.lanes import Lanes, blocks_of, rows_of
 from lightloc.limiters import Found, Seeds, any_of, nothing, search, without
 from lightloc.observations import Observations
 from lightloc.ranking import DARKEST, NO_LIMITER, Ranking
-from lightloc.shading import Surfels, shading, surfels
+from lightloc.shading import shading
+from lightloc.surfels import Surfels, surfels
 
 RUN = 8  # grid points on a lane (measured: 4 and 16 take 15 to 25 % longer)
 REGISTERS = 48  # (grid point, radiance) pairs on a lane, at most: more spill (measured)

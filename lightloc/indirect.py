@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from lightloc.backend import types
+from lightloc.directions import cosine_direction
 from lightloc.geometry import Geometry
 from lightloc.observations import Observations
-from lightloc.shading import Surfels, pick, surfels
+from lightloc.surfels import Surfels, pick, surfels
 
 STRATA = 32  # rays a point are STRATA^2, one in each cell of the hemisphere's unit square
 GROUPS = 8  # independent parts of the rays from which the gather's own error is measured
@@ -117,7 +118,7 @@ def _gather(
     u = (f.Float(cell % STRATA) + random.next_float32()) / STRATA
     v = (f.Float(cell // STRATA) + random.next_float32()) / STRATA
     normal = pick(s.normal, i)
-    d = _cosine_direction(normal, u, v)
+    d = cosine_direction(normal, u, v)
     hit, y = geometry.intersect(pick(s.start, i), d)
     at = cache.cell(y)
     dr.eval(hit, y, d, at)
@@ -156,16 +157,3 @@ def _kinship(s: Surfels, cache: RadianceCache, j: Any, y: Any, d: Any) -> Any:
     near = dr.square(dr.rcp(1e-3 + dr.squared_norm(away) / cache.reach**2))
     off = dr.dot(normal, away) / (FLATNESS * cache.reach)
     return dr.select(dr.dot(normal, d) < 0, near * dr.exp(-dr.square(off)) + 1e-12, 0)
-
-
-def _cosine_direction(normal: Any, u: Any, v: Any) -> Any:
-    """A cosine-distributed direction about ``normal`` (Malley's method, Duff's frame)."""
-    f = types()
-    radius, angle = dr.sqrt(u), dr.two_pi * v
-    sin, cos = dr.sincos(angle)
-    sign = dr.select(normal.z >= 0, f.Float(1), f.Float(-1))
-    a = -dr.rcp(sign + normal.z)
-    b = normal.x * normal.y * a
-    s = f.Array3f(1 + sign * normal.x * normal.x * a, sign * b, -sign * normal.x)
-    t = f.Array3f(b, sign + normal.y * normal.y * a, -normal.y)
-    return s * (radius * cos) + t * (radius * sin) + normal * dr.safe_sqrt(1 - u)

@@ -9,25 +9,24 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lightloc.candidates import Dictionary
+from lightloc.ambient import reflected_ambient
+from lightloc.answer import answer
+from lightloc.candidates import Dictionary, atoms_at
 from lightloc.checks import array
-from lightloc.fields import Grid, intensity_distance
 from lightloc.geometry import Geometry
+from lightloc.grid import Grid
 from lightloc.indirect import remove_indirect
-from lightloc.lights import PointLights
+from lightloc.moves import start_at
+from lightloc.noise import is_exact, law_of, level_of, search_sigma, working_sigma
 from lightloc.observations import Observations
-from lightloc.paper import (
-    LOW_ERROR,
-    LOWERING_OF_NOISE,
-    OF_THE_TRUTH,
-    RADIUS_OF_NOISE,
-    Paper,
-    iterate,
-)
-from lightloc.result import Localization, Reason, Step
-from lightloc.search import Options, grow, is_explained, prune
-from lightloc.solve import Fit, Problem, covariance, no_lights, refine, residuals
-from lightloc.surface import Geodesic, Surface
+from lightloc.options import Options
+from lightloc.paper import Paper
+from lightloc.polish import is_explained, prune, sharpened
+from lightloc.published import published
+from lightloc.result import Localization, Step
+from lightloc.search import Search, grow, improve
+from lightloc.solve import Fit, Problem, no_lights
+from lightloc.surface import Surface
 
 
 def localize(
@@ -85,7 +84,7 @@ def localize(
     if isinstance(o, Paper):
         return published(q, geometry, region, o, surface, watch)
     if observations.interreflected:
-        o = replace(o, shared=o.after_removal)
+        o = replace(o, shared=o.after_removal, slack=o.slack_after_removal)
     return searched(q, geometry, region, o, seed, watch)
 
 
@@ -101,123 +100,64 @@ def searched(
     watch: Callable[[Step], None],
 ) -> Localization:
     """Ours: grow the set of lights over some observations, polish over all, drop what is idle."""
-    some = np.sort(np.random.default_rng(seed).permutation(len(q))[: o.sample])
-    whole = Problem.of(q, working_sigma(q, o), geometry, region)
-    tight = whole.rows_of(some)
+    exact = is_exact(q) and o.noise == "given"
+    whole = Problem.of(q, working_sigma(q, o), geometry, region, double=exact)
+    if o.ambient:
+        whole = replace(whole, ambient=reflected_ambient(whole.surfels, q.channels))
+    search = search_of(whole, o, seed, o.silent if exact else 0.0, watch)
+    grow(search, 1)
+    improve(search)
+    if not is_explained(search.best, search.tight, o):
+        grow(search, o.beam)
+        improve(search)
+    best, whole = settled(whole, search.best, o)
+    search.history.append(Step("polish on all observations", len(best), best.cost / whole.rows))
+    return answer(q, whole, best, o, search)
+
+
+def search_of(
+    whole: Problem, o: Options, seed: int, enough: float, watch: Callable[[Step], None]
+) -> Search:
+    """Some of the observations, and S at a grid of positions."""
+    n = len(whole.radiance)
+    some = np.sort(np.random.default_rng(seed).permutation(n)[: o.sample])
+    tight = whole.rows_of(some) if len(some) < n else whole
+    cells = o.cells_2d if len(whole.axes) == 2 else o.cells
+    dictionary = Dictionary.over(tight, Grid.over(whole.bounds, cells))
+    blurs = tuple(blur * whole.size for blur in o.blurs)
+    if whole.geometry is None or not occludes(tight, dictionary):
+        tight, blurs = replace(tight, geometry=None), (0.0,)
     loose = replace(tight, sigma=search_sigma(tight, o))
-    dictionary = Dictionary.over(loose, Grid.over(region, o.cells))
-    best, history = grow(loose, tight, dictionary, o, 1, watch)
-    if not is_explained(best, tight, o):
-        wider, more = grow(loose, tight, dictionary, o, o.beam, watch)
-        best, history = min(best, wider, key=lambda fit: fit.cost), history + more
-    if len(best):
-        best = prune(whole, refine(whole, best.lights, o.outlier, o.thorough), o)
-    else:
-        best = no_lights(whole, o.outlier)
-    history.append(Step("polish on all observations", len(best), best.cost / whole.rows))
-    if not len(best):
-        reason = Reason.DARK
-    elif is_explained(best, whole, o):
-        reason = Reason.CONVERGED
-    else:
-        reason = Reason.MOST_LIGHTS if len(best) >= o.most_lights else Reason.NO_GAIN
-    return answer(q, whole, best, o.outlier, reason, tuple(history))
+    return Search(tight, loose, dictionary.under(tight, loose), blurs, o, enough, watch)
 
 
-def published(
-    q: Observations,
-    geometry: Geometry | None,
-    region: NDArray[np.float64],
-    o: Paper,
-    surface: Surface | None,
-    watch: Callable[[Step], None],
-) -> Localization:
-    """The paper's: `iterate` to its end. The history's chi2 is the MSE of B, as in section 6.1."""
-    if q.channels != 1:
-        raise ValueError("method 'paper' takes one channel; give it one of the three at a time")
-    radius = q.diagonal / 2
-    if surface is None:
-        surface = Geodesic.of(q.positions, q.normals, o.threshold * radius)
-    noisy = bool((q.sigma > 0).any())
-    low_error = OF_THE_TRUTH * float(np.square(q.sigma).mean()) if noisy else LOW_ERROR
-    if o.low_error is not None:
-        low_error = o.low_error
-    o = replace(
-        o,
-        radius=o.radius or RADIUS_OF_NOISE[noisy],
-        lowering=o.lowering or LOWERING_OF_NOISE[noisy],
-    )
-    own = working_sigma(q, Options())
-    problem = Problem.of(q, own if noisy else np.ones_like(own), geometry, region)
-    lights, least, history = PointLights(np.zeros((0, 3)), np.zeros((0, 1))), np.inf, []
-    reason = Reason.NO_VOTES
-    for state in iterate(problem, surface, radius, low_error, o):
-        if state.tried is not None:
-            history.append(Step(f"iteration {state.iteration}", len(state.tried), state.mse))
-            watch(history[-1])
-            if state.mse < least:
-                lights, least = state.tried, state.mse
-        reason = state.reason or reason
-    whole = replace(problem, sigma=own)
-    z = residuals(whole, lights)
-    fit = Fit(lights, z, float(np.square(z).sum()))
-    return answer(q, whole, fit, Options().outlier, reason, tuple(history))
+def occludes(problem: Problem, dictionary: Dictionary) -> bool:
+    """Whether anything comes between any observation and any position of the grid."""
+    free = atoms_at(replace(problem, geometry=None), dictionary.points)
+    return bool(((free > 0) & (dictionary.atoms == 0)).any())
 
 
-def working_sigma(q: Observations, o: Options) -> NDArray[np.float64]:
-    """The observations' standard errors with the arithmetic's own on top."""
-    mean = np.abs(q.radiance).mean() or 1.0  # all dark: any unit serves
-    model = o.relative * np.abs(q.radiance) + o.absolute * mean
-    floor = np.maximum(o.dark * np.median(q.sigma, axis=0), np.finfo(float).tiny)
-    return np.maximum(np.hypot(q.sigma, model), floor)
+def settled(whole: Problem, fit: Fit, o: Options) -> tuple[Fit, Problem]:
+    """Polish over all observations and drop what is idle.
+
+    Where sigma follows from B, it is then taken at the model's B, and where it is to be
+    estimated, from the residuals; the problem comes back with the errors that were used.
+    """
+    if not len(fit):
+        return no_lights(whole, o.outlier), whole
+    law = law_of(whole.radiance, whole.sigma)
+    fit = prune(whole, sharpened(whole, start_at(fit.lights), o), o)
+    if law and o.noise == "given":
+        for _ in range(REWEIGHTED):
+            model = whole.radiance - fit.residual * whole.sigma
+            whole = replace(whole, sigma=law(model))
+            fit = sharpened(whole, start_at(fit.lights), o)
+    if o.noise == "estimate":
+        level = level_of(fit.residual, len(fit) * (len(whole.axes) + fit.lights.channels))
+        whole = replace(whole, sigma=whole.sigma * level)
+        fit = sharpened(whole, start_at(fit.lights), o)
+    return fit, whole
 
 
-def search_sigma(problem: Problem, o: Options) -> NDArray[np.float64]:
-    """Wider errors while lights are missing: shot noise, so that no dark corner dominates."""
-    B = np.maximum(problem.radiance, 0)
-    shot = o.search_noise * np.sqrt(B.mean(axis=0) * (B + o.search_noise * B.mean(axis=0)))
-    return np.hypot(problem.sigma, shot)
-
-
-def answer(
-    q: Observations,
-    problem: Problem,
-    fit: Fit,
-    outlier: float,
-    reason: Reason,
-    history: tuple[Step, ...],
-) -> Localization:
-    """Standard errors and bounds for the lights that were found."""
-    lights = fit.lights.brightest_first()
-    k, d = len(lights), len(problem.axes)
-    spread = covariance(problem, lights) if k else np.zeros((0, 0))
-    errors = np.sqrt(np.maximum(np.diag(spread), 0))
-    position_error = np.zeros((k, 3))
-    position_error[:, problem.axes] = errors[: k * d].reshape(k, d)
-    bound, _ = intensity_distance(q, lights.positions, problem.geometry, margin=3.0)
-    return Localization(
-        lights=lights,
-        position_error=position_error,
-        intensity_error=errors[k * d :].reshape(k, q.channels),
-        covariance=spread,
-        bound=bound,
-        residual=fit.residual,
-        direct=q.radiance,
-        sigma=problem.sigma,
-        inseparable=inseparable(lights, position_error),
-        chi2=fit.cost / problem.rows,
-        outliers=int((np.abs(fit.residual) > outlier).sum()),
-        reason=reason,
-        history=history,
-    )
-
-
-def inseparable(lights: PointLights, error: NDArray) -> tuple[tuple[int, int], ...]:
-    """Pairs of lights nearer to each other than twice their joint standard error."""
-    pairs = []
-    for a in range(len(lights)):
-        for b in range(a + 1, len(lights)):
-            apart = np.linalg.norm(lights.positions[a] - lights.positions[b])
-            if apart < 2 * np.hypot(np.linalg.norm(error[a]), np.linalg.norm(error[b])):
-                pairs.append((a, b))
-    return tuple(pairs)
+REWEIGHTED = 2
+"""Times that sigma is taken at the model's B: the second changes it by a thousandth."""

@@ -10,7 +10,7 @@ import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
 
-from lightloc.backend import types
+from lightloc.backend import reals, types
 from lightloc.checks import array, numbers
 
 
@@ -58,7 +58,7 @@ def bind_parameter(value: NDArray) -> Callable[[Any], Any]:
     """A parameter (1 or n, 1 or 3) as a function of the observation's index in a kernel."""
     f = types()
     kind = f.Float if value.shape[1] == 1 else f.Array3f
-    columns = kind(*(f.Float(column.astype(np.float32)) for column in value.T))
+    columns = kind(*(reals(column) for column in value.T))
     dr.make_opaque(columns)  # a changed value must not compile a new kernel
     if len(value) == 1:
         return lambda i: columns

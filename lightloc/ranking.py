@@ -20,7 +20,7 @@ from lightloc.ceiling import Ceiling
 from lightloc.culling import Clusters, records, row
 from lightloc.geometry import Geometry
 from lightloc.lanes import Lanes
-from lightloc.shading import Surfels, pick, unoccluded, visible
+from lightloc.surfels import Surfels, pick, unoccluded, visible
 
 NO_LIMITER = 2**32 - 1
 """The limiter's index where no observation limits a light: D is infinite there."""

@@ -9,13 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lightloc.lights import PointLights
+from lightloc.verdicts import Verdict
 
 
 class Reason(Enum):
     """Why a search stopped; the value is the sentence that a user reads."""
 
     CONVERGED = "The lights explain every observation to within its error."
-    NO_GAIN = "No further light explains significantly more, yet a residual is left."
+    UNDECIDED = "The lights explain every observation, but the data can't decide all about them."
+    NO_GAIN = "The model does not explain the data: a residual is left that no light lowers."
     MOST_LIGHTS = "The largest number of lights allowed was reached, and a residual is left."
     DARK = "Nothing is lit: no light explains these observations better than darkness."
     DARKER = "The published method failed: brighter lights would leave less than no light (B' < 0)."
@@ -45,6 +47,13 @@ class Localization:
         direct: (n, c) the direct radiance that was explained, after removal of indirect light.
         sigma: (n, c) the standard errors used, with those of the removal.
         inseparable: pairs of lights that the data can't tell apart.
+        resolution: (k,) metres; two lights nearer to each other than that would look like this
+            one. NaN where it was not asked.
+        certificate: the largest normalized correlation of the residual with a further light
+            anywhere in the region, in standard errors: about 4 by chance alone. NaN where it was
+            not asked.
+        ambient: (c,) radiance of the constant ambient term, 0 where none was fitted.
+        verdicts: what the data can't decide.
         chi2: robust chi-square a residual over all observations; about 1 where the model is right.
         outliers: how many residuals lie beyond the robust loss's scale.
         reason: why the search stopped.
@@ -60,6 +69,10 @@ class Localization:
     direct: NDArray[np.float64]
     sigma: NDArray[np.float64]
     inseparable: tuple[tuple[int, int], ...]
+    resolution: NDArray[np.float64]
+    certificate: float
+    ambient: NDArray[np.float64]
+    verdicts: tuple[Verdict, ...]
     chi2: float
     outliers: int
     reason: Reason
@@ -77,5 +90,5 @@ class Localization:
             where = ", ".join(f"{a:.4f} ± {e:.1g}" for a, e in zip(p, dp, strict=True))
             bright = ", ".join(f"{a:.4f} ± {e:.1g}" for a, e in zip(I, dI, strict=True))
             rows.append(f"  ({where}) m   {bright} W/sr")
-        rows += [f"  lights {a} and {b} can't be told apart" for a, b in self.inseparable]
+        rows += [f"  {verdict.sentence}" for verdict in self.verdicts]
         return "\n".join(rows)

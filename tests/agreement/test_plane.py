@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from lightloc import Observations, PointLights, radiance
 from lightloc.backend import types
 from lightloc.outline import Outline
-from lightloc.shading import surfels
+from lightloc.surfels import surfels
 from render.plane import HEIGHT, REFLECTANCE, observe_plane, prism
 from validation.table1.rooms import (
     SAMPLES,

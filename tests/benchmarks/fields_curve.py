@@ -24,7 +24,7 @@ import test_speed
 import render
 from lightloc import Grid, backend
 from lightloc.fields import Field
-from lightloc.shading import Surfels, surfels
+from lightloc.surfels import Surfels, surfels
 
 ROOM = "box_three"
 GRIDS, SAMPLES = (64, 128, 256), (4_000, 15_000, 60_000)

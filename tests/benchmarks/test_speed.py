@@ -20,7 +20,7 @@ import lightloc
 import render
 from lightloc import Grid, Lambert, Observations, PointLights
 from lightloc.fields import Field, limits
-from lightloc.shading import surfels
+from lightloc.surfels import surfels
 
 rivals = pytest.importorskip("rivals")
 

@@ -33,7 +33,7 @@ from lightloc.brdf import Bounded, evaluate
 from lightloc.culling import ROUNDING, SLACK, Clusters, Volumes, bound, kd_order, row
 from lightloc.fields import NO_LIMITER, RUN, Field, ever_coarser
 from lightloc.parameters import channels_last
-from lightloc.shading import surfels, unoccluded
+from lightloc.surfels import surfels, unoccluded
 
 SIDE = 4.0  # metres
 WALL = 400  # observations on each wall of a room

@@ -25,7 +25,7 @@ from lightloc import (
     shading,
 )
 from lightloc.fields import NO_LIMITER, Field, limits
-from lightloc.shading import surfels
+from lightloc.surfels import surfels
 
 LIGHT = np.array([0.4, -0.3, 1.1])
 INTENSITY = 5.0

@@ -8,8 +8,10 @@ from scipy.optimize import nnls
 
 import render
 from lightloc import Lambert, Observations, Options, PointLights, radiance, shading
-from lightloc.search import prune
-from lightloc.solve import Fit, Problem, _Model, covariance, intensities, no_lights, refine
+from lightloc.certainty import covariance, jacobian
+from lightloc.moves import start_at
+from lightloc.polish import prune, sharpened
+from lightloc.solve import Fit, Problem, intensities, no_lights, residuals
 
 LIGHTS = PointLights([[0.4, -0.3, 0.9], [-1.0, 0.9, 0.2]], [5.0, 2.0])
 BOUNDS = np.array([[-1.9, -1.9, -1.9], [1.9, 1.9, 1.9]])
@@ -85,28 +87,26 @@ def test_jacobian(channels, flat, room):
     bounds = BOUNDS * [1, 1, 0] if flat else BOUNDS
     B = 0.8 * radiance(q, lights)  # residuals that are not zero
     problem = Problem.of(q.with_radiance(B, 0.0), np.full(B.shape, 0.1), None, bounds)
-    model = _Model(problem, 2)
-    x = model.pack(lights)
-    assert x.size == 2 * (2 if flat else 3) + 2 * channels
-    J = model.jacobian(x).copy()
-    h = 1e-2
-    for column, step in enumerate(h * np.eye(x.size)):
-        slope = (model.residual(x + step).copy() - model.residual(x - step)) / (2 * h)
-        assert np.abs(J[:, column] - slope).max() < 2.5e-3 * np.abs(slope).max()
+    J = jacobian(problem, lights)
+    d, h = len(problem.axes), 1e-2
+    assert J.shape == (channels, POINTS, 2 * d + 2 * channels)
+    for column in range(J.shape[2]):
+        ends = []
+        for step in (h, -h):
+            p, I = lights.positions.copy(), lights.intensities.copy()
+            if column < 2 * d:
+                p[column // d, problem.axes[column % d]] += step
+            else:
+                I.ravel()[column - 2 * d] += step
+            ends.append(-residuals(problem, PointLights(p, I)).T)
+        slope = (ends[0] - ends[1]) / (2 * h)
+        assert np.abs(J[:, :, column] - slope).max() < 2.5e-3 * np.abs(slope).max()
 
 
-def test_unpacked_is_what_was_packed(room):
-    """Packing loses nothing."""
-    model = _Model(posed(room, LIGHTS), 2)
-    again = model.unpack(model.pack(LIGHTS))
-    np.testing.assert_array_equal(again.positions, LIGHTS.positions)
-    np.testing.assert_array_equal(again.intensities, LIGHTS.intensities)
-
-
-def test_refine_finds_the_minimum(room):
+def test_sharpened_finds_the_minimum(room):
     """From 9 cm away and a tenth too dim the lights are found to float32 rounding."""
     start = PointLights(LIGHTS.positions + 0.05, 0.9 * LIGHTS.intensities)
-    fit = refine(posed(room, LIGHTS), start, SCALE)
+    fit = sharpened(posed(room, LIGHTS), start_at(start), Options())
     np.testing.assert_allclose(fit.lights.positions, LIGHTS.positions, atol=1e-4)
     np.testing.assert_allclose(fit.lights.intensities, LIGHTS.intensities, rtol=1e-4)
     assert fit.cost < 1e-3
@@ -128,7 +128,7 @@ def test_standard_errors_are_real(room):
     for _ in range(TRIALS):
         B = problem.radiance + problem.sigma * rng.normal(size=problem.radiance.shape)
         noisy = Problem(problem.surfels, B, problem.sigma, None, BOUNDS)
-        fit = refine(noisy, one, SCALE)
+        fit = sharpened(noisy, start_at(one), Options())
         found.append(np.concatenate([fit.lights.positions.ravel(), fit.lights.intensities.ravel()]))
     error = np.array(found) - np.concatenate([one.positions.ravel(), one.intensities.ravel()])
     ratio = np.sqrt(np.square(error).mean(axis=0) / np.diag(predicted))
@@ -153,10 +153,10 @@ def test_what_nothing_sees_has_no_finite_error(room):
 
 
 @pytest.mark.parametrize("place", [[1.95, 0, 0], [0, -5.0, 0], [3.0, 3.0, 3.0]])
-def test_refine_keeps_within_bounds(place, room):
+def test_sharpened_keeps_within_bounds(place, room):
     """A light outside the region is looked for inside it, and never leaves it."""
     problem = posed(room, PointLights([[1.97, 0.3, -0.2]], [5.0]))
-    fit = refine(problem, PointLights([place], [1.0]), SCALE)
+    fit = sharpened(problem, start_at(PointLights([place], [1.0])), Options())
     assert (fit.lights.positions >= BOUNDS[0]).all()
     assert (fit.lights.positions <= BOUNDS[1]).all()
     assert (fit.lights.intensities >= 0).all()
@@ -166,7 +166,7 @@ def test_prune_drops_a_duplicate(room):
     """A light found twice is one light."""
     problem = posed(room, LIGHTS)
     twice = PointLights([*LIGHTS.positions, LIGHTS.positions[0] + [0.02, 0, 0]], [2.5, 2.0, 2.5])
-    kept = prune(problem, refine(problem, twice, SCALE), Options())
+    kept = prune(problem, sharpened(problem, start_at(twice), Options()), Options())
     assert len(kept) == 2
     np.testing.assert_allclose(
         np.sort(kept.lights.positions, axis=0), np.sort(LIGHTS.positions, axis=0), atol=1e-3
@@ -176,7 +176,7 @@ def test_prune_drops_a_duplicate(room):
 def test_prune_keeps_what_is_needed(room):
     """Negative control: lights that explain something stay."""
     problem = posed(room, LIGHTS)
-    kept = prune(problem, refine(problem, LIGHTS, SCALE), Options())
+    kept = prune(problem, sharpened(problem, start_at(LIGHTS), Options()), Options())
     assert len(kept) == 2
 
 

@@ -19,6 +19,7 @@ from lightloc.loop import Loop
 from lightloc.observations import Observations
 from lightloc.outline import Outline
 from lightloc.shading import radiance
+from lightloc.surfels import surfels
 
 COUNTS = (2, 3, 4, 5)  # lights in a room (section 6.1)
 PER_COUNT = 100  # rooms for each of them (section 6.1)
@@ -79,7 +80,7 @@ class PlaneRoom:
             radiance=np.zeros(n),
             material=Lambert(albedo=np.pi),
         )
-        B = radiance(dark, self.lights, self.geometry)
+        B = radiance(surfels(dark, double=True), self.lights, self.geometry)
         if not noise:
             return dark.with_radiance(B, 0.0)
         jitter = np.random.default_rng([self.seed, NOISE, seed]).normal(size=B.shape)

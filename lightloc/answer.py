@@ -1,0 +1,110 @@
+"""The answer: how sure the lights are, what cannot be told, and why the search stopped."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lightloc.certainty import Bound, bound_at, inseparable, resolution
+from lightloc.certificate import certificate
+from lightloc.fields import intensity_distance
+from lightloc.noise import level_of
+from lightloc.observations import Observations
+from lightloc.options import Options
+from lightloc.polish import is_explained
+from lightloc.result import Localization, Reason, Step
+from lightloc.search import Search
+from lightloc.solve import Fit, Problem, amounts
+from lightloc.verdicts import (
+    DECISIVE,
+    Verdict,
+    clusters,
+    hidden,
+    mirrored,
+    too_few,
+    uncertain,
+    unexplained,
+)
+
+
+def answer(q: Observations, problem: Problem, fit: Fit, o: Options, search: Search) -> Localization:
+    """How sure the lights are, what cannot be told, and why the search stopped."""
+    lights = fit.lights.brightest_first()
+    level = max(1.0, level_of(fit.residual)) if len(lights) else 1.0
+    bound = bound_at(problem, lights)
+    pairs = inseparable(lights, bound.position)
+    apart = resolution(problem, lights)
+    explained = is_explained(fit, problem, o)
+    own = replace(problem, sigma=problem.sigma * level)
+    sampled = replace(search.tight, sigma=search.tight.sigma * level)
+    peak = certificate(own, sampled, search.dictionary.under(search.loose, sampled), lights, o)
+    verdicts = [
+        *too_few(problem, lights),
+        *uncertain(problem, lights, bound, o),
+        *clusters(problem, apart, pairs, o),
+        *mirrored(problem, lights, level, o),
+        *hidden(search.dictionary, problem.geometry, problem.axes),
+    ]
+    if not len(lights):
+        reason = Reason.DARK
+    elif not explained:
+        reason = Reason.MOST_LIGHTS if len(lights) >= o.most_lights else Reason.NO_GAIN
+        verdicts.insert(0, unexplained(fit, problem))
+    elif any(verdict.kind in DECISIVE for verdict in verdicts) or pairs:
+        reason = Reason.UNDECIDED
+    else:
+        reason = Reason.CONVERGED
+    return localization(
+        q,
+        problem,
+        Fit(lights, fit.residual, fit.cost),
+        o,
+        reason,
+        search.history,
+        bound=bound,
+        resolution=apart,
+        certificate=peak,
+        verdicts=tuple(verdicts),
+    )
+
+
+def localization(
+    q: Observations,
+    problem: Problem,
+    fit: Fit,
+    o: Options,
+    reason: Reason,
+    history: Sequence[Step],
+    bound: Bound,
+    resolution: NDArray[np.float64] | None = None,
+    certificate: float = np.nan,
+    verdicts: tuple[Verdict, ...] = (),
+) -> Localization:
+    """The answer in the form that both methods give it."""
+    lights = fit.lights
+    top, _ = intensity_distance(q, lights.positions, problem.geometry, margin=3.0)
+    ambient = np.zeros(q.channels)
+    if problem.ambient is not None:
+        ambient = amounts(problem, lights.positions)[len(lights)]
+    return Localization(
+        lights=lights,
+        position_error=bound.position,
+        intensity_error=bound.intensity.reshape(len(lights), q.channels),
+        covariance=bound.covariance,
+        bound=top,
+        residual=fit.residual,
+        direct=q.radiance,
+        sigma=problem.sigma,
+        inseparable=inseparable(lights, bound.position),
+        resolution=np.full(len(lights), np.nan) if resolution is None else resolution,
+        certificate=certificate,
+        ambient=ambient,
+        verdicts=verdicts,
+        chi2=fit.cost / problem.rows,
+        outliers=int((np.abs(fit.residual) > o.outlier).sum()),
+        reason=reason,
+        history=tuple(history),
+    )
