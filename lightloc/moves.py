@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lightloc.candidates import Dictionary, atoms_at, caps, gains_of
+from lightloc.certainty import covariance
 from lightloc.grid import Grid
 from lightloc.levenberg import Descents
 from lightloc.lights import PointLights
@@ -95,6 +96,38 @@ def splits(problem: Problem, one: Descents) -> Descents:
             pair = np.clip([p[i] - step, p[i] + step], *problem.bounds)
             starts.append(np.concatenate([np.delete(p, i, axis=0), pair]))
     return _lit(problem, starts, one)
+
+
+def asides(
+    problem: Problem, one: Descents, each: int, reach: tuple[float, float], rng: np.random.Generator
+) -> Descents:
+    """One hypothesis with one light aside, each light ``each`` times, within ``reach`` metres."""
+    p, I = one.positions[0], one.intensities[0]
+    m, axes = len(p) * each, problem.axes
+    way = rng.normal(size=(m, len(axes)))
+    least, most = np.log(reach)
+    far = np.exp(rng.uniform(least, most, m))
+    positions = np.tile(p, (m, 1, 1))
+    light = np.repeat(np.arange(len(p)), each)
+    step = way * (far / np.linalg.norm(way, axis=1))[:, None]
+    positions[np.arange(m)[:, None], light[:, None], axes] += step
+    return Descents.of(np.clip(positions, *problem.bounds), np.tile(I, (m, 1, 1)))
+
+
+def along_errors(
+    problem: Problem, lights: PointLights, most: int, times: float, rng: np.random.Generator
+) -> Descents:
+    """Lights moved together as their errors go together, by ``times`` the standard errors."""
+    spread = covariance(problem, lights)
+    if not np.isfinite(spread).all():
+        return Descents.of(np.zeros((0, len(lights), 3)), np.zeros((0, *lights.intensities.shape)))
+    values, ways = np.linalg.eigh(spread)
+    steps = rng.normal(size=(most, len(values))) * np.sqrt(np.maximum(values, 0)) @ ways.T * times
+    k, d = len(lights), len(problem.axes)
+    positions = np.tile(lights.positions, (most, 1, 1))
+    positions[:, :, problem.axes] += steps[:, : k * d].reshape(most, k, d)
+    brighter = lights.intensities + steps[:, k * d :].reshape(most, k, -1)
+    return Descents.of(np.clip(positions, *problem.bounds), np.maximum(brighter, 0))
 
 
 def lights_of(one: Descents) -> PointLights:

@@ -50,6 +50,9 @@ class Options:
     blurs: tuple[float, ...] = (0.02, 0.005, 0.0)  # of shadows' edges, one after the other
     typical: float = 0.95  # share of the residuals that the loss takes as they are meanwhile
     near: float = 4.0  # loss a residual, in the wider errors, from which the own ones are tried
+    asides: tuple[float, float] = (0.001, 0.03)  # steps across shadows' edges, least and most
+    each_aside: int = 5  # such steps a light, at once; twice as many of all lights together,
+    errors_aside: float = 4.0  # by so many standard errors
     sharpenings: int = 6  # times that the loss is narrowed, each time at least by half
     promising: float = 20.0  # times the least gain that a quick look may stay behind the best
     exchanges: int = 12  # rounds of exchanging, adding and dropping

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lightloc.levenberg import Descents, descend
-from lightloc.moves import deaths, lights_of, start_at
+from lightloc.moves import along_errors, asides, deaths, lights_of, start_at
 from lightloc.noise import level_of
 from lightloc.options import Options
 from lightloc.solve import Fit, Problem, fit_of, residuals, robust
@@ -58,6 +58,33 @@ def sharpened(problem: Problem, start: Descents, o: Options) -> Fit:
     return fit_of(problem, lights_of(start), o.outlier)
 
 
+def unmoved(problem: Problem, start: Descents, o: Options) -> Fit:
+    """A start as it is."""
+    return fit_of(problem, lights_of(start), o.outlier)
+
+
+def over_edges(problem: Problem, fit: Fit, o: Options) -> Fit:
+    """Refine on from small steps aside, of one light at a time, while any of them leads lower.
+
+    With true shadows chi-square jumps wherever an observation enters or leaves one, and a
+    descent stops at the edge; a start beyond it may not.
+    """
+    rng = np.random.default_rng(0)
+    reach = (o.asides[0] * problem.size, o.asides[1] * problem.size)
+    vain = 0
+    while len(fit) and vain < o.patience:
+        here = start_at(fit.lights)
+        starts = asides(problem, here, o.each_aside, reach, rng)
+        together = along_errors(problem, fit.lights, 2 * o.each_aside, o.errors_aside, rng)
+        starts = starts.with_(together)
+        tried = polished(problem, starts, o.outlier, o.quick, (0.0,), o)
+        lights = lights_of(tried.rows(np.array([int(np.argmin(tried.chi2))])))
+        there = fit_of(problem, lights, o.outlier)
+        gain, fit = fit.cost - there.cost, min(fit, there, key=lambda f: f.cost)
+        vain = 0 if gain > o.worthwhile * max(1.0, fit.cost / problem.rows) else vain + 1
+    return fit
+
+
 WORTH_DEPTH = 100.0
 """Losses so many times as wide as the narrowest are too far off for the last, deep descent."""
 
@@ -67,11 +94,11 @@ def spread_of(z: NDArray, o: Options) -> float:
     return max(o.outlier, float(np.quantile(np.abs(z), o.typical)))
 
 
-def best_of(fits: Iterable[Fit], o: Options, price: float = 0.0) -> Fit:
-    """The fit of least cost at the level of noise that the best leaves, ``price`` a light."""
+def best_of(fits: Iterable[Fit], o: Options) -> Fit:
+    """The fit of least cost at the level of noise that the best leaves."""
     fits = list(fits)
     level = noise_level(fits, o)
-    return min(fits, key=lambda fit: cost_at(level, fit, o) + price * len(fit))
+    return min(fits, key=lambda fit: cost_at(level, fit, o))
 
 
 def noise_level(fits: Iterable[Fit], o: Options) -> float:
@@ -85,6 +112,37 @@ def cost_at(level: float, fit: Fit, o: Options) -> float:
     return robust(fit.residual / level, o.outlier)
 
 
+def is_worth(problem: Problem, fewer: Fit, more: Fit, level: float, o: Options) -> bool:
+    """Whether further lights gain what they must, and not on a handful of observations alone.
+
+    A light can always explain as many observations as it has unknowns. Without those that gain
+    most, half of the least gain must be left; so that no outlier is taken for a light.
+    """
+    lights = len(more) - len(fewer)
+    price = lights * least_gain(problem, o)
+    before, after = loss_of(fewer.residual / level, o), loss_of(more.residual / level, o)
+    gains = np.sort((before - after).ravel())
+    unknowns = lights * (len(problem.axes) + problem.radiance.shape[1])
+    return gains.sum() > price and gains[: max(0, len(gains) - unknowns)].sum() > price / 2
+
+
+def loss_of(z: NDArray, o: Options) -> NDArray[np.float64]:
+    """Cauchy's loss of each residual."""
+    if np.isinf(o.outlier):
+        return np.square(z)
+    return o.outlier**2 * np.log1p(np.square(z / o.outlier))
+
+
+def chosen(problem: Problem, fits: Iterable[Fit], o: Options) -> Fit:
+    """The fit whose lights are each worth their parameters."""
+    fits = sorted(fits, key=len)
+    level, best = noise_level(fits, o), fits[0]
+    for fit in fits[1:]:
+        if is_worth(problem, best, fit, level, o):
+            best = fit
+    return best
+
+
 def least_gain(problem: Problem, o: Options) -> float:
     """Chi-square that a further light must gain, in units of the noise."""
     parameters = len(problem.axes) + problem.radiance.shape[1]
@@ -95,15 +153,14 @@ def prune(problem: Problem, fit: Fit, o: Options) -> Fit:
     """Drop lights without which the fit is not significantly worse, the least missed first."""
     while len(fit) > 1:
         level, price = noise_level([fit], o), least_gain(problem, o)
-        most = cost_at(level, fit, o) + price
         start = deaths(start_at(fit.lights))
         tried = polished(problem, start, o.outlier * level, o.quick, (0.0,), o)
-        near = tried.chi2 / level**2 < most + o.promising * price
+        near = tried.chi2 / level**2 < cost_at(level, fit, o) + o.promising * price
         fits = [sharpened(problem, one, o) for one in tried.rows(np.flatnonzero(near)).each()]
         if not fits:
             return fit
         without = best_of(fits, o)
-        if cost_at(level, without, o) > most:
+        if is_worth(problem, without, fit, level, o):
             return fit
         fit = without
     return fit

@@ -13,15 +13,18 @@ from lightloc.moves import births, deaths, distinct, lights_of, merges, splits, 
 from lightloc.options import Options
 from lightloc.polish import (
     best_of,
+    chosen,
     cost_at,
     least_gain,
     noise_level,
+    over_edges,
     polished,
     sharpened,
     spread_of,
+    unmoved,
 )
 from lightloc.result import Step
-from lightloc.solve import Fit, Problem, fit_of, no_lights, residuals
+from lightloc.solve import Fit, Problem, no_lights, residuals
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +53,7 @@ class Search:
     def best(self) -> Fit:
         """The fit whose lights are each worth their parameters."""
         fits = [no_lights(self.tight, self.o.outlier), *self.ladder.values()]
-        return best_of(fits, self.o, least_gain(self.tight, self.o))
+        return chosen(self.tight, fits, self.o)
 
     @property
     def ended(self) -> bool:
@@ -62,13 +65,13 @@ class Search:
 
         Only where the wider errors are met already is it worth refining with the own ones.
         """
-        fits = []
+        fits, near = [], self.o.near * self.loose.rows
         for one in front.each():
-            if one.chi2[0] < self.o.near * self.loose.rows:
-                fits.append(sharpened(self.tight, one, self.o))
-            else:
-                fits.append(fit_of(self.tight, lights_of(one), self.o.outlier))
+            judge = sharpened if one.chi2[0] < near else unmoved
+            fits.append(judge(self.tight, one, self.o))
         fit = best_of(fits, self.o)
+        if self.blurs[0] and front.chi2.min() < near:
+            fit = over_edges(self.tight, fit, self.o)
         known = self.ladder.get(len(fit), fit)
         self.ladder[len(fit)] = best_of([known, fit], self.o)
         self.history.append(Step(action, len(fit), fit.cost / self.tight.rows))
