@@ -1,7 +1,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: help setup report table1 test bench lint lock clean
+.PHONY: help setup report table1 studies test bench lint lock clean
 
 help:  ## list the targets
 	@grep -E '^[a-z0-9]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
@@ -20,6 +20,9 @@ report: setup  ## render the standard suite, find the lights, write report/index
 
 table1: setup  ## the paper's Table 1 over all 800 scenes, beside the paper's figures; resumes
 	$(BIN)/lightloc table1 --out report/table1
+
+studies: setup  ## many lights, occluders, coverage, noise, points, wrong models; hours; resumes
+	$(BIN)/lightloc study many occluders coverage noise points wrong --out report/studies
 
 test: setup  ## lint, type check, layers, tests
 	$(BIN)/ruff check .

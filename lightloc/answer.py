@@ -20,6 +20,7 @@ from lightloc.search import Search
 from lightloc.solve import Fit, Problem, amounts
 from lightloc.verdicts import (
     DECISIVE,
+    Kind,
     Verdict,
     clusters,
     hidden,
@@ -48,8 +49,9 @@ def answer(q: Observations, problem: Problem, fit: Fit, o: Options, search: Sear
         *mirrored(problem, lights, level, o),
         *hidden(search.dictionary, problem.geometry, problem.axes),
     ]
+    few = any(verdict.kind is Kind.TOO_FEW for verdict in verdicts)
     if not len(lights):
-        reason = Reason.DARK
+        reason = Reason.UNDECIDED if few else Reason.DARK
     elif not explained:
         reason = Reason.MOST_LIGHTS if len(lights) >= o.most_lights else Reason.NO_GAIN
         verdicts.insert(0, unexplained(fit, problem))

@@ -60,7 +60,11 @@ class Options:
     patience: int = 2  # lights that may be added in vain
 
     # when it ends
-    significant: float = 8.0  # least gain in chi-square a new parameter, in units of the noise
+    stalled: int = 6  # lights that must lower what is left, where a wrong model could leave that,
+    stalled_share: float = 0.25  # to this share,
+    model_error: float = 0.15  # of B, in the median
+    little: float = 0.6  # share that the last light before those must not leave
+    significant: float = 5.0  # least gain in chi-square a new parameter, in units of the noise
     shared: float = 0.0  # least gain in chi-square a residual, where errors are shared by
     # neighbours and do not average out; `after_removal` once indirect light was removed
     after_removal: float = 0.08

@@ -32,8 +32,8 @@ def polished(
     return starts
 
 
-def sharpened(problem: Problem, start: Descents, o: Options) -> Fit:
-    """Refine one start with true shadows and a loss that flattens ever nearer.
+def sharpened(problem: Problem, start: Descents, o: Options, deep: bool = True) -> Fit:
+    """Refine one start with true shadows and a loss that flattens ever nearer; ``deep`` to the end.
 
     Shadows' edges leave a few observations on the wrong side: a loss wider than they are off
     would be led by them, one that is narrow from the start would be led by nothing.
@@ -45,7 +45,7 @@ def sharpened(problem: Problem, start: Descents, o: Options) -> Fit:
         start = polished(problem, start, loss, o.thorough, (0.0,), o)
         if loss <= o.outlier or np.isinf(loss):
             break
-    if loss < WORTH_DEPTH * o.outlier or np.isinf(loss):
+    if deep and (loss < WORTH_DEPTH * o.outlier or np.isinf(loss)):
         start = descend(
             problem,
             start.positions,

@@ -16,7 +16,7 @@ class Reason(Enum):
     """Why a search stopped; the value is the sentence that a user reads."""
 
     CONVERGED = "The lights explain every observation to within its error."
-    UNDECIDED = "The lights explain every observation, but the data can't decide all about them."
+    UNDECIDED = "What was found explains every observation, but the data can't decide all of it."
     NO_GAIN = "The model does not explain the data: a residual is left that no light lowers."
     MOST_LIGHTS = "The largest number of lights allowed was reached, and a residual is left."
     DARK = "Nothing is lit: no light explains these observations better than darkness."

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -27,7 +28,7 @@ from lightloc.result import Step
 from lightloc.solve import Fit, Problem, no_lights, residuals
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Search:
     """What is searched, and the best fit of each count of lights so far.
 
@@ -37,6 +38,7 @@ class Search:
         dictionary: of ``loose``.
         blurs: widths that shadows' edges get one after the other, metres; (0,) without occluders.
         enough: chi-square a residual below which the search ends at once.
+        most: lights beyond which the data only feed an error of the model.
     """
 
     tight: Problem
@@ -46,19 +48,48 @@ class Search:
     o: Options
     enough: float
     watch: Callable[[Step], None] = lambda step: None
+    most: int = sys.maxsize
     ladder: dict[int, Fit] = field(default_factory=dict)
     history: list[Step] = field(default_factory=list)
 
     @property
     def best(self) -> Fit:
         """The fit whose lights are each worth their parameters."""
-        fits = [no_lights(self.tight, self.o.outlier), *self.ladder.values()]
+        fits = [fit for k, fit in self.ladder.items() if k <= self.most]
+        fits.append(no_lights(self.tight, self.o.outlier))
         return chosen(self.tight, fits, self.o)
 
     @property
     def ended(self) -> bool:
         """Whether there is nothing left to explain."""
         return self.best.cost < self.enough * self.tight.rows
+
+    def without_errors(self) -> int | None:
+        """How many lights explain, where the last ones only adapt to an error of the model.
+
+        What is left is no noise, yet small beside B, and so many lights as `Options.stalled` have
+        not quartered it: lights that are there explain more. None where it is not so.
+        """
+        k, o = max(self.ladder, default=0), self.o
+        first = k - o.stalled
+        if first not in self.ladder or self.ladder[k].cost < self.tight.rows:
+            return None
+        B = np.maximum(self.tight.radiance, 0)
+        off = np.abs(self.ladder[k].residual) * self.tight.sigma / (B + o.model_error * B.mean())
+        if np.median(off) > o.model_error or self.left(k, first) < o.stalled_share:
+            return None
+        while first - 1 in self.ladder and self.left(first, first - 1) > o.little:
+            first -= 1
+        return first
+
+    def left(self, more: int, fewer: int) -> float:
+        """The share that so many lights leave of the squares that fewer had left.
+
+        Without the largest tenth: outliers stay whatever lights there are.
+        """
+        squares = [np.sort(np.square(self.ladder[k].residual).ravel()) for k in (more, fewer)]
+        kept = round(KEPT * self.tight.rows)
+        return float(squares[0][:kept].sum() / squares[1][:kept].sum())
 
     def note(self, action: str, front: Descents) -> None:
         """Judge hypotheses by the observations' own errors, and keep the best.
@@ -67,8 +98,10 @@ class Search:
         """
         fits, near = [], self.o.near * self.loose.rows
         for one in front.each():
-            judge = sharpened if one.chi2[0] < near else unmoved
-            fits.append(judge(self.tight, one, self.o))
+            if one.chi2[0] < near:
+                fits.append(sharpened(self.tight, one, self.o, deep=self.tight.surfels.double))
+            else:
+                fits.append(unmoved(self.tight, one, self.o))
         fit = best_of(fits, self.o)
         if self.blurs[0] and front.chi2.min() < near:
             fit = over_edges(self.tight, fit, self.o)
@@ -85,6 +118,10 @@ class Search:
         return polished(self.loose, kept, loss, self.o.thorough, self.blurs, self.o)
 
 
+KEPT = 0.9
+"""Share of the residuals that tell what lights leave."""
+
+
 def grow(s: Search, beam: int) -> None:
     """Add lights one by one, keeping the ``beam`` best hypotheses, while there is a gain."""
     o, c = s.o, s.tight.radiance.shape[1]
@@ -98,6 +135,9 @@ def grow(s: Search, beam: int) -> None:
         front = s.refined(starts, beam, loss)
         s.note("add", front)
         idle = 0 if s.best is not before else idle + 1
+        if (most := s.without_errors()) is not None:
+            s.most = most
+            return
 
 
 def improve(s: Search) -> None:
@@ -116,7 +156,7 @@ def improve(s: Search) -> None:
             fewer = deaths(here)
             moves["exchange"] = births(s.loose, s.dictionary, fewer, loss, o.exchanged, o)
             moves["drop"], moves["merge"] = fewer, merges(s.loose, here)
-        if len(best) < o.most_lights:
+        if len(best) < min(o.most_lights, s.most):
             moves["add"] = births(s.loose, s.dictionary, here, loss, o.candidates, o)
             moves["split"] = splits(s.loose, here)
         for action, starts in moves.items():

@@ -59,10 +59,10 @@ class Verdict:
 
 
 def too_few(problem: Problem, lights: PointLights) -> list[Verdict]:
-    """Fewer lit observations than unknowns."""
+    """No more lit observations than unknowns."""
     lit = int((problem.radiance > 0).sum())
-    unknown = len(lights) * (len(problem.axes) + lights.channels)
-    if lit > unknown or not len(lights):
+    unknown = max(1, len(lights)) * (len(problem.axes) + problem.radiance.shape[1])
+    if lit > unknown or not lit:
         return []
     said = f"{lit} lit observation(s) can't decide {unknown} unknowns."
     return [Verdict(Kind.TOO_FEW, tuple(range(len(lights))), said)]

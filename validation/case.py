@@ -170,6 +170,7 @@ def _found(found: Localization) -> list[dict[str, Any]]:
             "position_error": _finite(found.position_error[i]),
             "intensity_error": _finite(found.intensity_error[i]),
             "bound": _finite(found.bound[i]),
+            "resolution": _finite(found.resolution[i : i + 1])[0],
         }
         for i, light in enumerate(_true(found.lights))
     ]
@@ -195,6 +196,15 @@ def _search(found: Localization) -> dict[str, Any]:
         "reason": found.reason.name.lower(),
         "message": found.reason.value,
         "chi2_per_dof": found.chi2,
+        "certificate": found.certificate,
+        "verdicts": [
+            {
+                "kind": verdict.kind.name.lower(),
+                "lights": list(verdict.lights),
+                "sentence": verdict.sentence,
+            }
+            for verdict in found.verdicts
+        ],
         "history": [
             {"step": step.action, "lights": step.lights, "chi2": step.chi2, "detail": ""}
             for step in found.history

@@ -12,6 +12,7 @@ import typer
 
 from validation.figures.command import figures_command
 from validation.outputs import parameters, ready, sentence, writable
+from validation.studies.command import study_command
 from validation.table1.command import table1_command
 
 if TYPE_CHECKING:
@@ -231,6 +232,7 @@ def validate_command(
 
 
 app.command("table1")(table1_command)
+app.command("study")(study_command)
 app.command("figures")(figures_command)
 
 

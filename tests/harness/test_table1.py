@@ -17,16 +17,9 @@ import pytest
 from typer.testing import CliRunner
 
 from validation.cli import app
-from validation.table1.run import DIED, ONE_THREAD, one, run
-from validation.table1.scenes import (
-    FILE,
-    HARNESS,
-    Ended,
-    _makes_records,
-    fingerprint,
-    read,
-    waiting,
-)
+from validation.runs.fingerprint import fingerprint, needed
+from validation.runs.kept import FILE, Ended, read, waiting
+from validation.runs.run import DIED, ONE_THREAD, one, run
 
 LIGHTLOC = Path(sys.executable).with_name("lightloc")
 SLOW = 60.0  # seconds: longer than any wait here, so that only a kill ends it
@@ -200,7 +193,7 @@ def test_two_runs_in_one_folder_are_refused(tmp_path, refuses):
 
 def test_code_that_changes_under_a_run_ends_it(tmp_path, monkeypatch):
     """A worker that started after an edit has other code: its scene is not kept as this run's."""
-    monkeypatch.setattr("validation.table1.run.fingerprint", lambda: "of before the edit")
+    monkeypatch.setattr("validation.runs.run.fingerprint", lambda scene: "of before the edit")
     with pytest.raises(ValueError, match="other code"):
         run(fine, names(2), tmp_path, jobs=1)
     assert not kept(tmp_path)
@@ -218,15 +211,13 @@ def test_numbers_that_json_lacks_are_none(tmp_path):
 
 
 def test_fingerprint_is_of_what_makes_a_record():
-    """The method's files and the columns' count, those that only run and show do not."""
-    import validation.table1
+    """The judge, the rooms and the columns count, those that only run and show do not."""
+    from validation.table1 import columns
 
-    folder = Path(validation.table1.__file__).parent
-    assert all((folder / name).is_file() for name in HARNESS)
-    made = {str(path.relative_to(folder.parent)) for path in folder.parent.rglob("*.py")}
-    counted = {file for file in made if _makes_records(Path(file))}
-    assert {"match.py", "table1/columns.py"} <= counted
-    assert not {"cli.py", "suite.py", "table1/table.py", "report/table1.py"} & counted
+    assert {"validation.match", "validation.table1.rooms"} < set(needed(columns.__name__))
+    shown = ("cli", "suite", "runs.run", "table1.table", "report.table1")
+    assert not {f"validation.{name}" for name in shown} & set(needed(columns.__name__))
+    assert len({fingerprint(), fingerprint(fine), fingerprint(columns.scene)}) == 2
 
 
 def test_a_crashed_scene_makes_exit_code_1(tmp_path, monkeypatch):

@@ -13,8 +13,9 @@ from test_report import a_result, save_run
 from test_table1 import Record, names, record
 
 from validation.report import write, write_table1
+from validation.runs.fingerprint import fingerprint
+from validation.runs.kept import Ended
 from validation.table1 import published, table
-from validation.table1.scenes import Ended, fingerprint
 
 MADE = {
     **{"date": "2026-11-22T17:00:00+00:00", "commit": "abc1234", "cpus": 2, "machine": "x86_64"},

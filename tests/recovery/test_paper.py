@@ -11,10 +11,10 @@ from lightloc import Paper, Perimeter, PointLights, Reason, localize, radiance
 from lightloc.paper import associate, grid_over, iterate, optimize
 from lightloc.solve import Problem
 from validation.match import compare
+from validation.runs.run import one
 from validation.table1 import columns
 from validation.table1.published import ROWS
 from validation.table1.rooms import PlaneRoom, named_outlines, rooms, rooms_of
-from validation.table1.run import one
 
 SCENES = 10  # of each row of Table 1
 UNLUCKY = 0.01  # how rarely a method as good as the paper's may fail a row's test

@@ -8,13 +8,15 @@ from plotly.offline import get_plotlyjs
 from .disk import write_text
 from .pages import TEMPLATES, environment, write_case, write_index
 from .read import read_result, read_suite
+from .studies import find_all, write_study_page
 from .table1 import FILE as TABLE1
 from .table1 import find, write_page
 from .tables import write_csv, write_json, write_junit
 
-__all__ = ["write", "write_table1"]
+__all__ = ["write", "write_table1", "write_study"]
 
 ASSETS = ("style.css", "report.js", "room.js")
+STUDY_ASSETS = ("study.js",)
 TABLE1_PAGE = "table1.html"
 
 
@@ -24,6 +26,7 @@ def write(out: Path) -> Path:
     Reads OUT/suite.json and OUT/cases/NAME/{result.json, room.npz, fields.npz, view.npz}; a
     case without its arrays gets a page that says so. A table1.json in OUT or in OUT/table1 gets
     a page that the first one links to; in a folder without a suite it is the first page itself.
+    So does each OUT/studies/NAME/study.json.
     Writes index.html, assets/ and the cases' pages and pictures, and the merged results as
     report.json, report.csv and junit.xml. Every file is replaced whole, so a report can be
     redrawn while it is being read.
@@ -48,7 +51,13 @@ def write(out: Path) -> Path:
     write_junit(out, suite, results)
     if table:
         write_page(table, out / TABLE1_PAGE, pages, back=suite.suite)
-    return write_index(out, suite, results, pages, TABLE1_PAGE if table else None)
+    studies = [
+        write_study_page(source, out / f"study-{source.parent.name}.html", pages, suite.suite)
+        for source in find_all(out)
+    ]
+    if studies:
+        _write_assets(out, STUDY_ASSETS)
+    return write_index(out, suite, results, pages, TABLE1_PAGE if table else None, studies)
 
 
 def write_table1(out: Path) -> Path:
@@ -62,6 +71,19 @@ def write_table1(out: Path) -> Path:
     return page
 
 
+def write_study(out: Path) -> Path:
+    """Draw OUT/study.json as OUT/index.html, with its assets in the folder above.
+
+    Raises:
+        ValueError: the file is missing or broken.
+    """
+    study = write_study_page(out / "study.json", out / "index.html", environment(), root="../")
+    _write_assets(out.parent, ("style.css", "report.js", *STUDY_ASSETS))
+    write_text(out.parent / "assets" / "plotly.min.js", get_plotlyjs())
+    return study.page
+
+
 def _write_assets(out: Path, names: Iterable[str]) -> None:
+    """Copy the templates' own files to OUT/assets."""
     for name in names:
         write_text(out / "assets" / name, (TEMPLATES / name).read_text(encoding="utf-8"))

@@ -20,6 +20,7 @@ from .read import Result, Suite
 from .room3d import room_data
 from .rows import light_rows
 from .slices import draw_slices, near_words
+from .studies import StudyPage
 
 TEMPLATES = Path(__file__).parent / "templates"
 ORDER = ("failed", "crashed", "shown", "passed")  # what needs a look comes first
@@ -75,14 +76,16 @@ def write_index(
     results: Sequence[Result],
     pages: Environment,
     table1: str | None = None,
+    studies: Sequence[StudyPage] = (),
 ) -> Path:
-    """Write OUT/index.html, with a link to the page of Table 1 where there is one."""
+    """Write OUT/index.html, with links to the pages of Table 1 and of studies that were run."""
     first = sorted(results, key=lambda result: ORDER.index(result.outcome))
     counts = {outcome: sum(r.outcome == outcome for r in results) for outcome in ORDER}
     text = pages.get_template("index.html.j2").render(
         root="",
         suite=suite,
         table1=table1,
+        studies=studies,
         results=first,
         matrix=matrix(results),
         counts=counts,

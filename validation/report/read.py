@@ -47,6 +47,7 @@ class FoundLight(TrueLight):
     position_error: Vector3Error = Field(default_factory=no_errors)
     intensity_error: Reals = Field(default_factory=list)
     bound: Reals = Field(default_factory=list)
+    resolution: Real = None
 
 
 class Lights(Part):
@@ -90,6 +91,14 @@ class Step(Part):
     detail: str = ""
 
 
+class Said(Part):
+    """A verdict: what the data can't decide, and about which lights."""
+
+    kind: str
+    lights: list[Count] = Field(default_factory=list)
+    sentence: str
+
+
 class Search(Part):
     """How the search went, and the named reason why it stopped."""
 
@@ -98,6 +107,7 @@ class Search(Part):
     history: list[Step] = Field(default_factory=list)
     chi2_per_dof: Real = None
     certificate: Real = None
+    verdicts: list[Said] = Field(default_factory=list)
 
 
 class Rerender(Part):
@@ -122,6 +132,13 @@ class Made(Part):
     date: str = ""
     commit: str | None = None
     versions: dict[str, str | None] = Field(default_factory=dict)
+
+
+class MadeOn(Made):
+    """When, with what and on what machine it was made."""
+
+    cpus: int | None = None
+    machine: str = ""
 
 
 class ClosedForm(Part):

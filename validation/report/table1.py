@@ -10,7 +10,7 @@ from pydantic import Field
 from validation.table1.published import SCENES
 
 from .disk import write_text
-from .read import Count, Made, Part, Real, read_checked
+from .read import Count, MadeOn, Part, Real, read_checked
 from .runtimes import Runtimes, runtimes
 
 FILE = "table1.json"
@@ -65,13 +65,6 @@ class Scene(Part):
         if self.record is None:
             return "crashed"
         return "solved" if self.get("solved") else "shown" if self.get("full") else "failed"
-
-
-class MadeOn(Made):
-    """When, with what and on what machine the table was made."""
-
-    cpus: int | None = None
-    machine: str = ""
 
 
 class Document(Part):

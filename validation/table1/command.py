@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from validation.outputs import writable
-
-PASSED, CRASHED, STOPPED = 0, 1, 130  # 128 + SIGINT, as shells say it
-PLAIN_WIDTH = 110  # columns of text where no terminal says its own
+from validation.runs.command import CRASHED, PASSED, carry_out, console
 
 
 def table1_command(
@@ -40,49 +37,29 @@ def table1_command(
         raise ValueError(f"--jobs {jobs}: the cluster at --dask {dask} has its own workers")
     writable(*(out / file for file in ("scenes.jsonl", "table1.md", "table1.json", "index.html")))
 
-    from lightloc import backend
-    from validation.progress import Bar
+    from validation.runs.kept import row_of
     from validation.table1 import columns
-    from validation.table1.run import run
-    from validation.table1.scenes import Ended, row_of, waiting
 
     names = columns.names(scenes)
     chosen = [name for name in names if not row or row_of(name) in row]
-    if dask is None:
-        backend.current()  # else every scene would crash, and say so at length
-    left = waiting(chosen, out)
-    try:
-        with Bar("scenes", total=len(left)) as bar:
-
-            def watch(ended: Ended) -> None:
-                outcome = "crashed" if ended.error else "passed"
-                bar.case({"name": ended.name, "outcome": outcome, "why": [ended.error]})
-
-            run(columns.scene, chosen, out, jobs=jobs, dask=dask, watch=watch)
-    except KeyboardInterrupt:
-        kept = len(chosen) - len(waiting(chosen, out))
-        said = f"stopped with {kept} of {len(chosen)} scenes; the same command goes on from there"
-        print(f"lightloc: {said}", file=sys.stderr)
-        raise typer.Exit(STOPPED) from None
+    carry_out(columns.scene, chosen, out, jobs=jobs, dask=dask)
     crashed = _show(out, names, chosen)
     raise typer.Exit(CRASHED if crashed else PASSED)
 
 
 def _show(out: Path, names: list[str], chosen: list[str]) -> int:
     """Print the table and write it; the number of scenes that crashed."""
-    from rich.console import Console
-
     from validation.made import made
     from validation.report import write_table1
     from validation.report.disk import write_text
-    from validation.table1 import table
-    from validation.table1.scenes import read
+    from validation.runs.kept import read
+    from validation.table1 import columns, table
 
-    ended = read(out)
+    ended = read(out, columns.scene)
     rows, how = table.tabulate(names, ended), made()
-    console = Console(width=None if sys.stdout.isatty() else PLAIN_WIDTH, highlight=False)
-    console.print(table.terminal(rows))
-    console.print(table.verdict(rows), markup=False, soft_wrap=True)
+    terminal = console()
+    terminal.print(table.terminal(rows))
+    terminal.print(table.verdict(rows), markup=False, soft_wrap=True)
     scenes = [ended[name] for name in names if name in ended]
     write_text(out / "table1.md", table.markdown(rows, scenes, how))
     write_text(out / "table1.json", table.document(rows, scenes, how))

@@ -8,15 +8,16 @@ from collections.abc import Generator, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
-from validation.table1.run import DIED, Each, Scene, one
-from validation.table1.scenes import Ended, fingerprint
+from validation.runs.fingerprint import fingerprint
+from validation.runs.kept import Ended, Scene
+from validation.runs.run import DIED, Each, one
 
 CONNECT_SECONDS = 5  # a scheduler on the same network answers in far less
 WORKER_SECONDS = 10  # for a first worker to join, where all were started together
 
 
 @contextmanager
-def cluster(address: str) -> Iterator[Each]:
+def cluster(address: str, scene: Scene) -> Iterator[Each]:
     """Connect to the scheduler at ``address``, as tcp://10.0.0.1:8786; close on leaving.
 
     Raises ImportError without Dask, ValueError where nobody answers, where no worker joins, or
@@ -31,7 +32,7 @@ def cluster(address: str) -> Iterator[Each]:
         raise ValueError(f"--dask {address}: no scheduler answers there")
     client = Client(address, timeout=CONNECT_SECONDS, set_as_default=False)
 
-    def each(scene: Scene, names: Sequence[str]) -> Generator[Ended, None, None]:
+    def each(names: Sequence[str]) -> Generator[Ended, None, None]:
         suspects = []
         for ended in _gather(client, scene, names, address):
             if ended.error == DIED:
@@ -42,7 +43,7 @@ def cluster(address: str) -> Iterator[Each]:
             yield from _gather(client, scene, [name], address)
 
     with client:
-        _check(client, address)
+        _check(client, scene, address)
         yield each
 
 
@@ -69,36 +70,36 @@ def _gather(client: Any, scene: Scene, names: Sequence[str], address: str) -> It
     done = as_completed(futures, loop=client.loop)
     del futures  # held by nobody, a result is forgotten by its worker once it is here
     for future in done:
-        yield _ended(future, name_of[future.key], address)
+        yield _ended(future, name_of[future.key], fingerprint(scene), address)
 
 
-def _ended(future: Any, name: str, address: str) -> Ended:
+def _ended(future: Any, name: str, code: str, address: str) -> Ended:
     from distributed.scheduler import KilledWorker
 
     try:
         return future.result()
     except KilledWorker:  # several workers died of it, one after another
-        return Ended(name, fingerprint(), 0.0, None, DIED)
+        return Ended(name, code, 0.0, None, DIED)
     except Exception as error:
         if future.cancelled() or isinstance(error, OSError):
             raise RuntimeError(
                 f"--dask {address}: the scheduler went away; what had ended is kept"
             ) from None
-        return Ended(name, fingerprint(), 0.0, None, f"{type(error).__name__}: {error}")
+        return Ended(name, code, 0.0, None, f"{type(error).__name__}: {error}")
 
 
-def _check(client: Any, address: str) -> None:
+def _check(client: Any, scene: Scene, address: str) -> None:
     try:
         client.wait_for_workers(1, timeout=WORKER_SECONDS)
     except TimeoutError:
         raise ValueError(f"--dask {address}: the scheduler has no worker") from None
     try:
-        prints = client.run(fingerprint)
+        prints = client.run(fingerprint, scene)
     except Exception as error:
         said = " ".join(str(error).split())
         raise ValueError(f"--dask {address}: a worker can't run lightloc ({said})") from None
     for worker, other in prints.items():
-        if other != fingerprint():
+        if other != fingerprint(scene):
             raise ValueError(
                 f"--dask {address}: the worker {worker} has another version of lightloc or of what "
                 "is below it"

@@ -6,10 +6,6 @@ A line is appended as a scene ends, so that a run can be killed at any instant a
 from __future__ import annotations
 
 import fcntl
-import functools
-import hashlib
-import importlib.metadata
-import importlib.resources
 import json
 import os
 from collections.abc import Callable, Iterator, Sequence
@@ -19,20 +15,19 @@ from pathlib import Path
 from typing import Any
 
 from validation.outputs import ready
+from validation.runs.fingerprint import fingerprint
 
+Scene = Callable[[str], Any]  # a name in, a dataclass of plain values out
 FILE = "scenes.jsonl"
-# These run scenes or show what came out; a change in them changes no result.
-HARNESS = ("run.py", "cluster.py", "scenes.py", "table.py", "published.py", "command.py")
-BELOW = ("drjit", "numpy", "scipy")  # whose versions may change a result
 
 
 @dataclass(frozen=True)
 class Ended:
     """A scene that has ended: with its record, or with the error that it crashed with.
 
-    ``record`` holds the fields of `columns.Record`, None where a number was not finite;
-    ``elapsed`` is in seconds, of all columns together; ``fingerprint`` is that of the code that
-    ran it, which need not be this process's.
+    ``record`` holds the fields of the scene's dataclass, None where a number was not finite;
+    ``elapsed`` is in seconds, of everything that was done with it; ``fingerprint`` is that of the
+    code that ran it, which need not be this process's.
     """
 
     name: str
@@ -56,28 +51,8 @@ def row_of(name: str) -> str:
     return name.rpartition("-")[0]
 
 
-@functools.cache
-def fingerprint() -> str:
-    """SHA-256 of the code that makes a record: lightloc, rooms, columns, the judge."""
-    versions = [importlib.metadata.version(name) for name in BELOW]
-    backend = os.environ.get("LIGHTLOC_BACKEND", "llvm")
-    digest = hashlib.sha256(json.dumps([versions, backend]).encode())
-    for package in ("lightloc", "validation"):
-        root = Path(str(importlib.resources.files(package)))
-        for file in sorted(root.rglob("*.py")):
-            inside = file.relative_to(root)
-            if package == "lightloc" or _makes_records(inside):
-                digest.update(str(inside).encode() + file.read_bytes())
-    return digest.hexdigest()
-
-
-def _makes_records(file: Path) -> bool:
-    """Of validation: the judge, and the table's own files but for the harness."""
-    return file == Path("match.py") or (file.parts[0] == "table1" and file.name not in HARNESS)
-
-
-def read(out: Path) -> dict[str, Ended]:
-    """The scenes in OUT/scenes.jsonl that this code has run, by name; the last line of one wins.
+def read(out: Path, scene: Scene | None = None) -> dict[str, Ended]:
+    """What is in OUT/scenes.jsonl of this code's ``scene``, by name; the last line of one wins.
 
     Lines of other code, and lines that were torn or are no scene, are passed over.
     """
@@ -92,14 +67,14 @@ def read(out: Path) -> dict[str, Ended]:
             whole = isinstance(ended.record, dict) or bool(ended.error)
         except (ValueError, TypeError):
             continue
-        if whole and ended.fingerprint == fingerprint():
+        if whole and ended.fingerprint == fingerprint(scene):
             found[ended.name] = ended
     return found
 
 
-def waiting(names: Sequence[str], out: Path) -> list[str]:
+def waiting(names: Sequence[str], out: Path, scene: Scene | None = None) -> list[str]:
     """Of these scenes, those that have no result yet; what crashed is tried again."""
-    ended = read(out)
+    ended = read(out, scene)
     return [name for name in names if name not in ended or ended[name].error]
 
 

@@ -17,10 +17,10 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from validation.table1.scenes import Ended, appending, fingerprint, waiting
+from validation.runs.fingerprint import fingerprint
+from validation.runs.kept import Ended, Scene, appending, waiting
 
-Scene = Callable[[str], Any]  # a name in, a dataclass of plain values out
-Each = Callable[[Scene, Sequence[str]], Generator[Ended, None, Any]]
+Each = Callable[[Sequence[str]], Generator[Ended, None, Any]]
 
 # Scenes are run side by side, so that each may have one thread and its runtime means something.
 ONE_THREAD = dict.fromkeys(
@@ -50,12 +50,12 @@ def run(
             writing to OUT.
         RuntimeError: the cluster went away; what had ended is kept.
     """
-    left = waiting(names, out)
+    left = waiting(names, out, scene)
     if not left:
         return
-    with _pool(jobs, dask) as each, appending(out) as keep, closing(each(scene, left)) as ends:
+    with _pool(scene, jobs, dask) as each, appending(out) as keep, closing(each(left)) as ends:
         for ended in ends:
-            if ended.fingerprint != fingerprint():
+            if ended.fingerprint != fingerprint(scene):
                 where = f"--dask {dask}: a worker runs" if dask else "there is now"
                 raise ValueError(f"{where} other code than this run began with; start it again")
             keep(ended)
@@ -75,7 +75,7 @@ def one(scene: Scene, name: str) -> Ended:
             text = " ".join(str(error).split())
             place = f"{Path(last.filename).name}, line {last.lineno}"
             record, said = None, f"{type(error).__name__}: {text} ({place})"
-        return Ended(name, fingerprint(), round(time.perf_counter() - start, 3), record, said)
+        return Ended(name, fingerprint(scene), round(time.perf_counter() - start, 3), record, said)
 
 
 def _use_one_thread() -> None:
@@ -88,31 +88,33 @@ def _use_one_thread() -> None:
 
 def _plain(value: Any) -> Any:
     """A NumPy scalar as Python's own, and None for a number that JSON does not have."""
+    if isinstance(value, list | tuple):
+        return [_plain(part) for part in value]
     value = value.item() if hasattr(value, "item") else value
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def _pool(jobs: int, dask: str | None) -> AbstractContextManager[Each]:
+def _pool(scene: Scene, jobs: int, dask: str | None) -> AbstractContextManager[Each]:
     if dask is None:
-        return _local(jobs)
-    from validation.table1.cluster import cluster
+        return _local(scene, jobs)
+    from validation.runs.cluster import cluster
 
-    return cluster(dask)
+    return cluster(dask, scene)
 
 
 @contextmanager
-def _local(jobs: int) -> Iterator[Each]:
+def _local(scene: Scene, jobs: int) -> Iterator[Each]:
     from joblib import cpu_count
 
     many = jobs or cpu_count()
 
-    def each(scene: Scene, names: Sequence[str]) -> Generator[Ended, None, None]:
+    def each(names: Sequence[str]) -> Generator[Ended, None, None]:
         queue = deque(names)
         while queue:
             for name in (yield from _until_one_dies(scene, queue, many)):
                 # One of these killed its process; alone in a pool, it shows which.
                 if (yield from _until_one_dies(scene, deque([name]), 1)):
-                    yield Ended(name, fingerprint(), 0.0, None, DIED)
+                    yield Ended(name, fingerprint(scene), 0.0, None, DIED)
 
     yield each
 

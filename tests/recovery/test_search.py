@@ -1,0 +1,115 @@
+"""The search finds every light: many, close, behind occluders, in colour, among outliers."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from lightloc import Observations, Options, PointLights, Reason, localize, radiance
+from validation.match import compare
+from validation.studies.wrong_models import MODELS
+from validation.table1 import columns
+from validation.table1.rooms import rooms, rooms_with_discs
+
+
+def solved(found: PointLights, true: PointLights, position: float, percent: float) -> bool:
+    verdict = compare(found, true, diagonal=1.0, radius=position)
+    near = not verdict.missed and not verdict.ghosts
+    return near and (verdict.worst_intensity_percent or 0) <= percent
+
+
+@pytest.mark.parametrize("lights", [2, 3, 4, 5])
+def test_exact_rooms(lights):
+    """Section 6.1 without noise: within 0.1 % of the side, and the answer says that it is sure."""
+    for room in rooms(lights, count=4):
+        found = localize(room.observe())
+        assert solved(found.lights, room.lights, 0.001, 1.0), room.name
+        assert found.reason is Reason.CONVERGED
+
+
+@pytest.mark.parametrize("lights", [8, 10])
+def test_many_lights(lights):
+    """Eight and ten lights from 400 samples."""
+    for room in rooms(lights, count=2):
+        found = localize(room.observe())
+        assert solved(found.lights, room.lights, 0.01, 5.0), room.name
+        assert found.reason is Reason.CONVERGED
+
+
+@pytest.mark.parametrize("lights", [2, 3, 4, 5])
+def test_noisy_rooms_as_the_oracle(lights):
+    """Under noise, whatever Levenberg-Marquardt from the truth solves is solved; and the MSE is
+    low (Table 1's Full)."""
+    for number in range(4):
+        room, q = columns.observed(f"noisy-{lights}-{number:03}")
+        found = localize(q)
+        assert columns.error(q, found.lights) < 1.05 * columns.error(q, room.lights), room.name
+        if columns.is_solved(columns.from_the_truth(q, room.lights), room.lights):
+            assert columns.is_solved(found.lights, room.lights), room.name
+
+
+@pytest.mark.parametrize(("discs", "lights"), [(2, 5), (4, 3), (8, 4)])
+def test_occluders(discs, lights):
+    """Noise of 1 %, discs in the way: through the edges of shadows."""
+    for number, room in enumerate(rooms_with_discs(discs, lights, count=3)):
+        q = with_noise(room.observe(), 0.01, number)
+        found = localize(q, room.geometry)
+        assert solved(found.lights, room.lights, 0.02, 10.0), room.name
+        without = localize(q)  # negative control: without the discs the model explains nothing
+        assert without.reason is not Reason.CONVERGED, room.name
+
+
+def with_noise(q: Observations, k: float, seed: int) -> Observations:
+    mean = q.radiance.mean()
+    jitter = np.random.default_rng(seed).normal(size=q.radiance.shape)
+    B = np.maximum(q.radiance + k * np.sqrt(q.radiance * mean) * jitter, 0)
+    return q.with_radiance(B, k * np.sqrt(np.maximum(B, 0.01 * mean) * mean))
+
+
+def test_outliers_are_not_lights():
+    """One observation in twenty is wrong: the right lights, no ghosts, and the answer says so."""
+    for room in rooms(3, count=3):
+        q = room.observe(400, noise=0.01)
+        rng = np.random.default_rng(3)
+        B, some = q.radiance.copy(), rng.permutation(400)[:20]
+        B[some] *= rng.uniform(0.1, 3.0, (20, 1))
+        found = localize(q.with_radiance(B, q.sigma))
+        assert solved(found.lights, room.lights, 0.02, 5.0), room.name
+        assert found.outliers >= 10
+        assert found.reason is Reason.NO_GAIN
+
+
+def test_colours():
+    """Three channels: positions shared, intensities each its own."""
+    room = rooms(3, count=1)[0]
+    dark = room.observe()
+    colours = np.array([[3.0, 2.0, 1.0], [1.0, 1.5, 4.0], [2.0, 4.0, 2.0]])
+    lights = PointLights(room.lights.positions, colours)
+    q = Observations(
+        positions=dark.positions,
+        normals=dark.normals,
+        directions=dark.directions,
+        radiance=np.zeros((400, 3)),
+        material=dark.material,
+    )
+    found = localize(q.with_radiance(radiance(q, lights), 0.0))
+    assert solved(found.lights, lights, 0.001, 1.0)
+
+
+def test_same_answer_twice():
+    """No chance is left: bit for bit."""
+    q = rooms(4, count=1)[0].observe(400, noise=0.05)
+    a, b = localize(q), localize(q)
+    np.testing.assert_array_equal(a.lights.positions, b.lights.positions)
+    np.testing.assert_array_equal(a.lights.intensities, b.lights.intensities)
+
+
+@pytest.mark.parametrize("model", ["albedo_by_wall", "normals_by_wall", "outliers"])
+def test_wrong_models_make_no_ghosts(model):
+    """Ten percent off in albedo, five degrees in normals: noticed, and no light is invented."""
+    for number in range(3):
+        rng = np.random.default_rng([2018, number, list(MODELS).index(model)])
+        q, lights = MODELS[model](number, rng)
+        found = localize(q)
+        assert len(found.lights) == len(lights), number
+        assert found.reason is Reason.NO_GAIN

@@ -1,0 +1,74 @@
+"""What code made a record: a hash of lightloc and of the files that the scene's function needs."""
+
+from __future__ import annotations
+
+import ast
+import functools
+import hashlib
+import importlib.metadata
+import importlib.resources
+import json
+import os
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+BELOW = ("drjit", "numpy", "scipy")  # whose versions may change a result
+
+
+@functools.cache
+def fingerprint(scene: Callable[[str], Any] | None = None) -> str:
+    """SHA-256 of the code that makes a scene's record.
+
+    It is of lightloc, of what is below it, and of the files of `validation` that the function's
+    own file needs: those that only run scenes or show what came out change no result.
+    """
+    versions = [importlib.metadata.version(name) for name in BELOW]
+    backend = os.environ.get("LIGHTLOC_BACKEND", "llvm")
+    digest = hashlib.sha256(json.dumps([versions, backend]).encode())
+    lightloc = _folder("lightloc")
+    files = {str(file.relative_to(lightloc)): file for file in lightloc.rglob("*.py")}
+    files |= needed(scene.__module__) if scene else {}
+    for name, file in sorted(files.items()):
+        digest.update(name.encode() + file.read_bytes())
+    return digest.hexdigest()
+
+
+def needed(module: str) -> dict[str, Path]:
+    """The files that a module of `validation` is made of: its own, and all that these import.
+
+    >>> list(needed("validation.match"))
+    ['validation.match']
+    """
+    found: dict[str, Path] = {}
+    left = [module]
+    while left:
+        name = left.pop()
+        file = _file(name)
+        if file and name not in found:
+            found[name] = file
+            left += _imported(file)
+    return found
+
+
+def _imported(file: Path) -> Iterator[str]:
+    """Every name that an import in a file may mean a module by."""
+    for node in ast.walk(ast.parse(file.read_bytes())):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            yield node.module
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+
+
+def _file(module: str) -> Path | None:
+    """The file of a module of `validation`; None of any other, and of a package."""
+    first, *rest = module.split(".")
+    if first != "validation" or not rest:
+        return None
+    file = _folder("validation").joinpath(*rest).with_suffix(".py")
+    return file if file.is_file() else None
+
+
+def _folder(package: str) -> Path:
+    return Path(str(importlib.resources.files(package)))

@@ -1,0 +1,71 @@
+"""lightloc study: one of the studies, run, resumed, printed and drawn."""
+
+from __future__ import annotations
+
+import importlib
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from validation.outputs import writable
+from validation.runs.command import CRASHED, PASSED, carry_out, console
+from validation.studies import NAMES
+
+if TYPE_CHECKING:
+    from validation.studies.study import Study
+
+FILES = ("scenes.jsonl", "study.md", "study.json", "index.html")
+
+
+def study_command(
+    name: Annotated[list[str], typer.Argument(help=f"One or more of {', '.join(NAMES)}.")],
+    out: Annotated[
+        Path, typer.Option("--out", "-o", help="Folder of the results, one in it a study.")
+    ] = Path("studies"),
+    scenes: Annotated[
+        int | None, typer.Option(min=1, max=100, help="Scenes a row; the study's own without it.")
+    ] = None,
+    jobs: Annotated[int, typer.Option(min=0, help="Scenes at a time; 0: one a core.")] = 0,
+) -> None:
+    """Run studies and draw them. Exits with 1 where a scene crashed; a missed goal is told.
+
+    What has ended is kept: stopped or killed, the same command goes on.
+
+    Example: lightloc study many --scenes 2
+    """
+    for one in name:
+        if one not in NAMES:
+            raise ValueError(f"{one}: no such study; expected one of {', '.join(NAMES)}")
+    writable(*(out / one / file for one in name for file in FILES))
+    crashed = sum(_study(find(one), out / one, scenes, jobs) for one in name)
+    raise typer.Exit(CRASHED if crashed else PASSED)
+
+
+def find(name: str) -> Study:
+    """The study of that name, whose file is named as it is."""
+    return importlib.import_module(f"validation.studies.{name}").STUDY
+
+
+def _study(study: Study, out: Path, scenes: int | None, jobs: int) -> int:
+    """Run one study, print its table and write it; the number of scenes that crashed."""
+    from validation.made import made
+    from validation.report import write_study
+    from validation.report.disk import write_text
+    from validation.runs.kept import read
+    from validation.studies import study as rows_of
+    from validation.studies import table
+
+    per_row = scenes or study.per_row
+    names = study.names(per_row)
+    carry_out(study.one, names, out, jobs=jobs)
+    found = read(out, study.one)
+    ended = [found[name] for name in names if name in found]
+    rows, how = rows_of.tabulate(study, names, found), made()
+    terminal = console()
+    terminal.print(table.terminal(study, rows))
+    terminal.print(" ".join(rows_of.outcome(study, rows)), markup=False, soft_wrap=True)
+    write_text(out / "study.md", table.markdown(study, per_row, rows, how))
+    write_text(out / "study.json", table.document(study, per_row, rows, ended, how))
+    print(write_study(out))
+    return sum(bool(scene.error) for scene in ended)

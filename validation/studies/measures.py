@@ -1,0 +1,152 @@
+"""What a table's cell is made of: figures over the scenes of a row, and goals for them."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from validation.runs.kept import Ended
+from validation.table1.table import NOTHING, seconds
+
+Fields = dict[str, Any]  # of a trial, None where a number was not finite
+Keep = Callable[[Fields], bool]
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A number over scenes, its standard error where that is known, and both as text."""
+
+    value: float | None
+    text: str
+    error: float | None = None
+
+
+@dataclass(frozen=True)
+class Goal:
+    """What a figure must keep to, and how a reader is told."""
+
+    text: str
+    met: Callable[[float], bool]
+
+
+def at_least(limit: float) -> Goal:
+    return Goal(f"≥ {limit:g}".replace("-", "−"), lambda value: value >= limit)
+
+
+def below(limit: float) -> Goal:
+    return Goal(f"< {limit:g}", lambda value: value < limit)
+
+
+def between(low: float, high: float) -> Goal:
+    return Goal(f"{low:g} to {high:g}", lambda value: low <= value <= high)
+
+
+def none() -> Goal:
+    return Goal("0", lambda value: value == 0)
+
+
+NO_FIGURE = Figure(None, NOTHING)
+
+# Each of these takes the scenes of a row that have ended and returns a figure.
+Measured = Callable[[Sequence[Ended]], Figure]
+
+
+def records(scenes: Iterable[Ended]) -> list[Fields]:
+    """The records of the scenes that did not crash."""
+    return [scene.record for scene in scenes if scene.record is not None]
+
+
+def rate(hits: int, of: int) -> Figure:
+    """A share with its binomial error.
+
+    >>> rate(9, 10).text, round(rate(9, 10).error, 3), rate(0, 0).text
+    ('0.90', 0.095, '–')
+    """
+    if not of:
+        return NO_FIGURE
+    p = hits / of
+    return Figure(p, f"{p:.2f}", math.sqrt(p * (1 - p) / of))
+
+
+def share(of: Keep, among: Keep = lambda record: True) -> Measured:
+    """The share of scenes; a crashed one counts as missing it, unless only some are asked of."""
+
+    def measure(scenes: Sequence[Ended]) -> Figure:
+        every = records(scenes)
+        asked = [record for record in every if among(record)]
+        all_asked = len(asked) == len(every)
+        count = len(scenes) if all_asked else len(asked)
+        figure = rate(sum(map(of, asked)), count)
+        if all_asked or figure.value is None:
+            return figure
+        return Figure(figure.value, f"{figure.text} of {count}", figure.error)
+
+    return measure
+
+
+def total(field: str) -> Measured:
+    """The sum of a field over the scenes."""
+
+    def measure(scenes: Sequence[Ended]) -> Figure:
+        values = [record[field] for record in records(scenes)]
+        return Figure(sum(values), str(sum(values))) if values else NO_FIGURE
+
+    return measure
+
+
+def typical(
+    field: str, figure: Callable[[Sequence[float]], float] = statistics.median, unit: str = ""
+) -> Measured:
+    """The median (or other ``figure``) of a field over the scenes that have it."""
+
+    def measure(scenes: Sequence[Ended]) -> Figure:
+        known = [record[field] for record in records(scenes) if record[field] is not None]
+        if not known:
+            return NO_FIGURE
+        value = figure(known)
+        return Figure(value, f"{_brief(value)}{unit}")
+
+    return measure
+
+
+def duration(figure: Callable[[Sequence[float]], float] = statistics.median) -> Measured:
+    """Seconds of the search."""
+
+    def measure(scenes: Sequence[Ended]) -> Figure:
+        known = [record["seconds"] for record in records(scenes)]
+        return Figure(figure(known), seconds(figure(known))) if known else NO_FIGURE
+
+    return measure
+
+
+def tally(field: str) -> Measured:
+    """How many scenes have each value of a field, or each of a list, the most frequent first."""
+
+    def measure(scenes: Sequence[Ended]) -> Figure:
+        counts: Counter[str] = Counter()
+        for record in records(scenes):
+            value = record[field]
+            counts.update(value if isinstance(value, list) else [value])
+        said = ", ".join(f"{count} {name}" for name, count in counts.most_common())
+        return Figure(None, said or NOTHING)
+
+    return measure
+
+
+def worst(values: Sequence[float]) -> float:
+    """A row's worst but for one scene in twenty: the 95th percentile.
+
+    >>> round(worst(range(101)), 9)
+    95.0
+    """
+    return float(np.quantile(values, 0.95))
+
+
+def _brief(value: float) -> str:
+    return f"{value:.2g}" if abs(value) < 100 else f"{value:.0f}"

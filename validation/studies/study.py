@@ -1,0 +1,176 @@
+"""A study is a value: named scenes, what is measured over the rows of them, and a curve."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from validation.runs.kept import Ended, row_of
+from validation.studies.measures import Fields, Figure, Goal, Measured
+from validation.studies.trial import Trial
+
+EVERY = "every row"  # the name of the row over all others
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A column: its title, what it means, how it is measured, and its goal by row.
+
+    A goal under `EVERY` is of all rows together; ``goals`` may be one goal for each single row.
+    """
+
+    title: str
+    meaning: str
+    of: Measured
+    goals: Goal | Mapping[str, Goal] | None = None
+
+    def goal(self, row: str) -> Goal | None:
+        """What the row's figure must keep to; None where nothing is asked."""
+        if isinstance(self.goals, Goal):
+            return None if row == EVERY else self.goals
+        return self.goals.get(row) if self.goals else None
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A figure, the goal as text, and whether it is met; None where there is no goal."""
+
+    column: str
+    text: str
+    value: float | None
+    error: float | None
+    goal: str | None
+    met: bool | None
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row: its scenes, how many have ended and how many of those crashed, and its cells."""
+
+    name: str
+    label: str
+    planned: int
+    ended: int
+    crashed: int
+    cells: tuple[Cell, ...]
+
+    def cell(self, column: str) -> Cell:
+        """The cell of a column."""
+        return next(cell for cell in self.cells if cell.column == column)
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of a curve, ``error`` of each y where it is known.
+
+    ``kind`` is line, dash (it belongs to the line before it), bar or smooth (without markers).
+    """
+
+    name: str
+    x: list[float]
+    y: list[float | None]
+    error: list[float | None] | None = None
+    kind: str = "line"
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A drawing of the rows: axes, lines, and levels that a goal or a theory gives."""
+
+    title: str
+    x: str
+    y: str
+    lines: tuple[Line, ...]
+    levels: tuple[tuple[float, str], ...] = ()
+    log_x: bool = False
+    caption: str = ""
+
+
+@dataclass(frozen=True)
+class Study:
+    """Everything about a study.
+
+    Args:
+        name: as on the command line.
+        title: of its page.
+        question: what is asked, a sentence or two, with the goal.
+        per_row: scenes of a row where nothing else is asked for.
+        names: all scenes for so many a row.
+        one: runs one scene, in a process of its own.
+        measures: the columns.
+        label: a row's name as a reader meets it.
+        said: what came out, a sentence, from the rows.
+        doubt: why a scene needs a look; None where it needs none.
+        together: whether a last row is over all scenes.
+        curve: the drawing, None where there is nothing to draw.
+    """
+
+    name: str
+    title: str
+    question: str
+    per_row: int
+    names: Callable[[int], list[str]]
+    one: Callable[[str], Trial]
+    measures: tuple[Measure, ...]
+    label: Callable[[str], str]
+    said: Callable[[Sequence[Row]], str]
+    doubt: Callable[[Fields], str | None]
+    together: bool = False
+    curve: Callable[[Sequence[Row], Sequence[Ended]], Curve | None] = lambda rows, scenes: None
+
+
+def tabulate(study: Study, names: Sequence[str], ended: Mapping[str, Ended]) -> list[Row]:
+    """The rows, in the order of the names, and at last the one over all of them."""
+    rows: dict[str, list[str]] = {}
+    for name in names:
+        rows.setdefault(row_of(name), []).append(name)
+    if study.together:
+        rows[EVERY] = list(names)
+    return [_row(study, row, planned, ended) for row, planned in rows.items()]
+
+
+def _row(study: Study, name: str, planned: Sequence[str], ended: Mapping[str, Ended]) -> Row:
+    scenes = [ended[scene] for scene in planned if scene in ended]
+    crashed = sum(scene.record is None for scene in scenes)
+    cells = tuple(
+        _cell(measure.title, measure.of(scenes), measure.goal(name)) for measure in study.measures
+    )
+    label = EVERY if name == EVERY else study.label(name)
+    return Row(name, label, len(planned), len(scenes), crashed, cells)
+
+
+def _cell(title: str, figure: Figure, goal: Goal | None) -> Cell:
+    met = None if goal is None or figure.value is None else goal.met(figure.value)
+    return Cell(title, figure.text, figure.value, figure.error, goal.text if goal else None, met)
+
+
+def outcome(study: Study, rows: Sequence[Row]) -> list[str]:
+    """Which goals are met, what came out, and how much has been run: a sentence or so each."""
+    if not any(row.ended for row in rows):
+        return ["No scene has been run yet."]
+    return [text for text in (_goals(rows), study.said(rows), _state(study, rows)) if text]
+
+
+def _goals(rows: Sequence[Row]) -> str:
+    judged = [(row, cell) for row in rows for cell in row.cells if cell.met is not None]
+    missed = [
+        f"{row.label}, {cell.column} {cell.text} (goal {cell.goal})"
+        for row, cell in judged
+        if not cell.met
+    ]
+    if missed:
+        return f"{len(missed)} of {len(judged)} goals missed: {'; '.join(missed)}."
+    return f"All {len(judged)} goals met." if judged else ""
+
+
+def _state(study: Study, rows: Sequence[Row]) -> str:
+    single = [row for row in rows if row.name != EVERY]
+    ended, planned = sum(row.ended for row in single), sum(row.planned for row in single)
+    said = []
+    if crashed := sum(row.crashed for row in single):
+        said.append(f"{crashed} of {ended} scenes crashed.")
+    if ended < planned:
+        said.append(f"{ended} of {planned} scenes have been run.")
+    if (fewest := min(row.planned for row in single)) < study.per_row:
+        said.append(f"A row has {fewest} scene{'s' * (fewest > 1)} here, of {study.per_row}.")
+    return " ".join(said)

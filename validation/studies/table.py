@@ -1,0 +1,110 @@
+"""A study as it is written: Markdown, JSON for the report, and a table for a terminal."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from itertools import compress
+from typing import TYPE_CHECKING, Any
+
+from validation.runs.kept import Ended
+from validation.studies.study import Cell, Row, Study, outcome
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+SCHEMA = 1
+CRASHED = "crashed"
+
+
+def command(study: Study, per_row: int) -> str:
+    """What repeats it; without the number of scenes where it is the study's own."""
+    more = "" if per_row == study.per_row else f" --scenes {per_row}"
+    return f"lightloc study {study.name}{more}"
+
+
+def document(
+    study: Study,
+    per_row: int,
+    rows: Sequence[Row],
+    scenes: Sequence[Ended],
+    made: Mapping[str, Any],
+) -> str:
+    """Everything that its page shows as JSON, a scene a line."""
+    curve = study.curve(rows, scenes) if scenes else None
+    head = {
+        "schema": SCHEMA,
+        "name": study.name,
+        "title": study.title,
+        "question": study.question,
+        "outcome": outcome(study, rows),
+        "command": command(study, per_row),
+        "made": dict(made),
+        "spent": sum(scene.elapsed for scene in scenes),
+        "columns": [{"title": m.title, "meaning": m.meaning} for m in study.measures],
+        "rows": [asdict(row) for row in rows],
+        "curve": asdict(curve) if curve else None,
+    }
+    lines = ",\n".join("  " + json.dumps(_line(study, scene), allow_nan=False) for scene in scenes)
+    start = json.dumps(head, indent=1, allow_nan=False, ensure_ascii=False).removesuffix("\n}")
+    return f'{start},\n "scenes": [\n{lines}\n ]\n}}\n'
+
+
+def _line(study: Study, scene: Ended) -> dict[str, Any]:
+    doubt = CRASHED if scene.record is None else study.doubt(scene.record)
+    kept = {key: value for key, value in asdict(scene).items() if key != "fingerprint"}
+    return kept | {"doubt": doubt}
+
+
+def markdown(study: Study, per_row: int, rows: Sequence[Row], made: Mapping[str, Any]) -> str:
+    """The table as Markdown, with the question, what came out and what it was made from."""
+    titles = [measure.title for measure in study.measures]
+    lines = ["| | " + " | ".join(titles) + " |", "| --- " + "| ---: " * len(titles) + "|"]
+    for row in rows:
+        cells = [_mark(cell) for cell in row.cells]
+        lines.append(f"| {row.label} | " + " | ".join(cells) + " |")
+    versions = ", ".join(f"{name} {version}" for name, version in made["versions"].items())
+    return "\n".join(
+        [
+            f"# {study.title}",
+            "",
+            study.question,
+            "",
+            " ".join(outcome(study, rows)),
+            "",
+            *lines,
+            "",
+            "In brackets: the goal. In bold: missed.",
+            "",
+            *(f"- {measure.title}: {measure.meaning}." for measure in study.measures),
+            "",
+            f"Made {made['date']} from commit {made['commit'] or 'unknown'}, {made['cpus']} CPUs "
+            f"({made['machine']}), {versions}, by `{command(study, per_row)}`.",
+            "",
+        ]
+    )
+
+
+def _mark(cell: Cell) -> str:
+    text = cell.text if cell.goal is None else f"{cell.text} ({cell.goal})"
+    return f"**{text}**" if cell.met is False else text
+
+
+def terminal(study: Study, rows: Sequence[Row]) -> Table:
+    """The figures for a terminal: green where the goal is met, red where it is not."""
+    from rich.table import Table
+    from rich.text import Text
+
+    drawn = Table(title=study.title, title_justify="left")
+    drawn.add_column("", no_wrap=True)
+    figures = [
+        any(row.cells[i].value is not None for row in rows) for i in range(len(study.measures))
+    ]
+    for measure in compress(study.measures, figures):
+        drawn.add_column(measure.title, justify="right")
+    colour = {True: "green", False: "red", None: ""}
+    for row in rows:
+        cells = [Text(cell.text, colour[cell.met]) for cell in compress(row.cells, figures)]
+        drawn.add_row(row.label, *cells)
+    return drawn

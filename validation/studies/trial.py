@@ -1,0 +1,150 @@
+"""A trial: one scene, localized and judged. Every study's tables are made from these."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from lightloc import Geometry, Localization, Observations, PointLights, cramer_rao, localize
+from validation.match import Comparison, compare
+from validation.studies.ceiling import within
+
+SIDE = 1.0  # of every room, metres
+TIGHT = 0.001  # of the side: what noiseless answers should keep to
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """What counts as solved: ``position`` of the side, ``intensity`` in percent."""
+
+    position: float
+    intensity: float
+
+
+SOLVED = Tolerance(0.01, 5.0)  # as in Table 1
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One scene: a line of a study's data.
+
+    Args:
+        name: the row and the scene's number, as ``lights-8-017``.
+        lights: how many there are.
+        found: how many the answer has.
+        missed: true lights that no found one lies near, by the judge's own radius.
+        ghosts: found lights that lie near no true one.
+        unflagged: of these, how many no verdict names.
+        position: the worst distance of a matched light, percent of the side.
+        intensity: the worst error of a matched light's intensity, percent.
+        solved: whether the count is right and every light within the study's tolerance.
+        tight: whether it is solved and within 0.1 % of the side.
+        reason: why the search stopped.
+        verdicts: the kinds of what the data can't decide.
+        certificate: the largest correlation of the residual with a further light, standard errors.
+        chi2: a residual, robust.
+        seconds: of the search, on one thread.
+        ceiling: probability of being solved at the Cramér-Rao bound.
+        errors: distance of each true light from its own, metres; none where the count is wrong.
+        bounds: the bound on their root mean square, metres, in the same order.
+        z: error over stated error of each light, a list of (coordinates, then intensity).
+    """
+
+    name: str
+    lights: int
+    found: int
+    missed: int
+    ghosts: int
+    unflagged: int
+    position: float | None
+    intensity: float | None
+    solved: bool
+    tight: bool
+    reason: str
+    verdicts: list[str]
+    certificate: float
+    chi2: float
+    seconds: float
+    ceiling: float | None
+    errors: list[float]
+    bounds: list[float]
+    z: list[list[float]]
+
+
+def trial(
+    name: str,
+    q: Observations,
+    truth: PointLights,
+    geometry: Geometry | None = None,
+    *,
+    known: Observations | None = None,
+    tolerance: Tolerance = SOLVED,
+) -> Trial:
+    """Localize what is seen of a room of side 1 and judge the answer.
+
+    Args:
+        truth: its lights, one channel.
+        known: the same observations without noise, but with the noise's standard error, from
+            which the Cramér-Rao bound is taken; there is none where None.
+    """
+    clock = time.perf_counter()
+    answer = localize(q, geometry)
+    seconds = time.perf_counter() - clock
+    judged = compare(answer.lights, truth, diagonal=math.sqrt(2) * SIDE)
+    right = _is_solved(answer.lights, truth, tolerance)
+    ceiling, bounds = None, []
+    if known is not None:
+        bound = cramer_rao(known, truth, geometry)
+        share = tolerance.intensity / 100 * truth.intensities[:, 0]
+        ceiling = within(bound.covariance, tolerance.position * SIDE, share)
+        bounds = np.linalg.norm(bound.position, axis=1).tolist()
+    pairs = judged.pairs
+    matched = compare(answer.lights, truth, radius=math.inf) if judged.count_right else None
+    return Trial(
+        name=name,
+        lights=len(truth),
+        found=len(answer.lights),
+        missed=len(judged.missed),
+        ghosts=len(judged.ghosts),
+        unflagged=len(set(judged.ghosts).difference(*(v.lights for v in answer.verdicts))),
+        position=100 * max(pair.distance for pair in pairs) / SIDE if pairs else None,
+        intensity=judged.worst_intensity_percent,
+        solved=right,
+        tight=right and _is_solved(answer.lights, truth, Tolerance(TIGHT, tolerance.intensity)),
+        reason=answer.reason.name,
+        verdicts=sorted({verdict.kind.name for verdict in answer.verdicts}),
+        certificate=float(answer.certificate),
+        chi2=float(answer.chi2),
+        seconds=round(seconds, 3),
+        ceiling=ceiling,
+        errors=[pair.distance for pair in matched.pairs] if matched else [],
+        bounds=bounds,
+        z=_z_scores(answer, truth, matched, q) if matched else [],
+    )
+
+
+def _is_solved(found: PointLights, true: PointLights, tolerance: Tolerance) -> bool:
+    judged = compare(found, true, radius=tolerance.position * SIDE)
+    near = not judged.missed and not judged.ghosts
+    return near and (judged.worst_intensity_percent or 0.0) <= tolerance.intensity
+
+
+def _z_scores(
+    answer: Localization, truth: PointLights, matched: Comparison, q: Observations
+) -> list[list[float]]:
+    """Each light's errors over the answer's own, along the axes that it may move along."""
+    axes = np.flatnonzero(np.ptp(q.bounds, axis=0) > 0)
+    scores = []
+    for pair in matched.pairs:
+        off = answer.lights.positions[pair.found] - truth.positions[pair.true]
+        brighter = answer.lights.intensities[pair.found, 0] - truth.intensities[pair.true, 0]
+        error = np.append(off[axes], brighter)
+        own = np.append(
+            answer.position_error[pair.found, axes], answer.intensity_error[pair.found, 0]
+        )
+        with np.errstate(divide="ignore", invalid="ignore"):
+            scores.append((error / own).tolist())
+    return scores
