@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lightloc import Observations, Options, PointLights, Reason, localize, radiance
+from lightloc import Observations, PointLights, Reason, localize, radiance
 from validation.match import compare
 from validation.studies.wrong_models import MODELS
 from validation.table1 import columns
