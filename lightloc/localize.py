@@ -16,6 +16,7 @@ from lightloc.checks import array
 from lightloc.geometry import Geometry
 from lightloc.grid import Grid
 from lightloc.indirect import remove_indirect
+from lightloc.lights import PointLights
 from lightloc.moves import start_at
 from lightloc.noise import is_exact, law_of, level_of, search_sigma, working_sigma
 from lightloc.observations import Observations
@@ -24,6 +25,7 @@ from lightloc.paper import Paper
 from lightloc.polish import is_explained, prune, sharpened
 from lightloc.published import published
 from lightloc.result import Localization, Step
+from lightloc.rounds import Indirect, rounds
 from lightloc.search import Search, grow, improve
 from lightloc.solve import Fit, Problem, no_lights
 from lightloc.surface import Surface
@@ -37,6 +39,7 @@ def localize(
     bounds: ArrayLike | None = None,
     options: Options | Paper | None = None,
     surface: Surface | None = None,
+    indirect: Indirect | None = None,
     seed: int = 0,
     watch: Callable[[Step], None] = lambda step: None,
 ) -> Localization:
@@ -51,6 +54,11 @@ def localize(
         options: the method's defaults, replaced: `Options`, or `Paper` for "paper".
         surface: distances along the observed surface, which only "paper" asks for; shortest
             paths over neighbouring observations where None.
+        indirect: the interreflected light of a light of intensity 1 at each of (k, 3) positions,
+            and its standard error, each (n, k, c), as `render.interreflected` gives it. Then what
+            the found lights bring by way of the surfaces is subtracted, and searched again until
+            nothing changes: that holds for any BRDF, where footnote 1 asks for largely diffuse
+            rooms.
         seed: of the sample of observations and of the gathering rays.
         watch: is told each step of the search as it is done.
 
@@ -83,9 +91,15 @@ def localize(
     region = array("bounds", q.bounds if bounds is None else bounds, (2, 3))
     if isinstance(o, Paper):
         return published(q, geometry, region, o, surface, watch)
-    if observations.interreflected:
-        o = replace(o, shared=o.after_removal, slack=o.slack_after_removal)
-    return searched(q, geometry, region, o, seed, watch)
+    removed = replace(o, shared=o.after_removal, slack=o.slack_after_removal)
+    first = removed if observations.interreflected else o
+    if indirect is None or not observations.interreflected:
+        return searched(q, geometry, region, first, seed, watch)
+
+    def search(rest: Observations, start: PointLights | None) -> Localization:
+        return searched(rest, geometry, region, o if start else first, seed, watch, start)
+
+    return rounds(observations, q, geometry, indirect, search, watch)
 
 
 METHODS: dict[str, type[Options] | type[Paper]] = {"search": Options, "paper": Paper}
@@ -98,14 +112,21 @@ def searched(
     o: Options,
     seed: int,
     watch: Callable[[Step], None],
+    start: PointLights | None = None,
 ) -> Localization:
-    """Ours: grow the set of lights over some observations, polish over all, drop what is idle."""
+    """Ours: grow the set of lights over some observations, polish over all, drop what is idle.
+
+    From a ``start`` it goes on, and grows anew only where that does not explain what is seen.
+    """
     exact = is_exact(q) and o.noise == "given"
     whole = Problem.of(q, working_sigma(q, o), geometry, region, double=exact)
     if o.ambient:
         whole = replace(whole, ambient=reflected_ambient(whole.surfels, q.channels))
     search = search_of(whole, o, seed, o.silent if exact else 0.0, watch)
-    grow(search, 1)
+    if start:
+        search.note("start", search.refined(start_at(start), 1, o.outlier))
+    else:
+        grow(search, 1)
     improve(search)
     if not is_explained(search.best, search.tight, o):
         grow(search, o.beam)

@@ -43,9 +43,9 @@ class Options:
     # hypotheses, and their refinement
     beam: int = 3  # kept when the first pass leaves a residual
     quick: int = 12  # evaluations to judge a candidate
-    thorough: int = 60  # evaluations to polish a hypothesis
+    thorough: int = 30  # evaluations to polish a hypothesis
     deep: int = 400  # evaluations where an exact answer is near: its valleys are narrow
-    settled: float = 1e-6  # relative fall of chi-square at which a polish ends
+    settled: float = 1e-5  # relative fall of chi-square at which a polish ends
     settled_deep: float = 1e-9
     blurs: tuple[float, ...] = (0.02, 0.005, 0.0)  # of shadows' edges, one after the other
     typical: float = 0.95  # share of the residuals that the loss takes as they are meanwhile

@@ -9,6 +9,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from lightloc.candidates import Dictionary
+from lightloc.certainty import bound_at, inseparable, resolution
+from lightloc.certificate import certificate
 from lightloc.levenberg import Descents
 from lightloc.moves import births, deaths, distinct, lights_of, merges, splits, start_at
 from lightloc.options import Options
@@ -26,6 +28,7 @@ from lightloc.polish import (
 )
 from lightloc.result import Step
 from lightloc.solve import Fit, Problem, no_lights, residuals
+from lightloc.verdicts import uncertain
 
 
 @dataclass(eq=False)
@@ -62,7 +65,22 @@ class Search:
     @property
     def ended(self) -> bool:
         """Whether there is nothing left to explain."""
-        return self.best.cost < self.enough * self.tight.rows
+        best = self.best
+        return best.cost < self.enough * self.tight.rows or self.is_sure(best)
+
+    def is_sure(self, fit: Fit) -> bool:
+        """Whether no more than noise is left, no place for a light, and no doubt about any."""
+        o, problem = self.o, self.tight
+        chance = 1 + LUCK * np.sqrt(2 / problem.rows)
+        if not len(fit) or o.noise != "given" or fit.cost > chance * problem.rows:
+            return False
+        bound = bound_at(problem, fit.lights)
+        if uncertain(problem, fit.lights, bound, o) or inseparable(fit.lights, bound.position):
+            return False
+        if (resolution(problem, fit.lights) > o.cluster * problem.size).any():
+            return False
+        here = self.dictionary.under(self.loose, problem)
+        return certificate(problem, problem, here, fit.lights, o) ** 2 < least_gain(problem, o)
 
     def without_errors(self) -> int | None:
         """How many lights explain, where the last ones only adapt to an error of the model.
@@ -117,6 +135,9 @@ class Search:
         kept = distinct(tried.rows(np.flatnonzero(tried.chi2 < below)), most, apart)
         return polished(self.loose, kept, loss, self.o.thorough, self.blurs, self.o)
 
+
+LUCK = 2.0
+"""Standard deviations of chi-square above its mean at which a fit is looked at again."""
 
 KEPT = 0.9
 """Share of the residuals that tell what lights leave."""

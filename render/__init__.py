@@ -3,6 +3,7 @@
 import lightloc.backend  # noqa: F401  (first: it chooses the LLVM library)
 from render.camera import photograph
 from render.exr import read_exr, write_exr
+from render.interreflection import interreflected
 from render.observe import attach, observe, remeasure
 from render.room import Room, SceneGeometry, load, relight, standard_scenes, triangles
 from render.view import View, observe_view
@@ -12,6 +13,7 @@ __all__ = [
     "SceneGeometry",
     "View",
     "attach",
+    "interreflected",
     "load",
     "observe",
     "observe_view",

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from validation.runs.kept import Ended, row_of
 from validation.studies.measures import Fields, Figure, Goal, Measured
-from validation.studies.trial import Trial
 
 EVERY = "every row"  # the name of the row over all others
 
@@ -110,7 +110,7 @@ class Study:
     question: str
     per_row: int
     names: Callable[[int], list[str]]
-    one: Callable[[str], Trial]
+    one: Callable[[str], Any]
     measures: tuple[Measure, ...]
     label: Callable[[str], str]
     said: Callable[[Sequence[Row]], str]

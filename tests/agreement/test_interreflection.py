@@ -1,0 +1,99 @@
+"""Rendered interreflection: against the closed form, and against what `observe` sees.
+
+In an integrating sphere of radius R and albedo rho a light of intensity 1 anywhere inside brings
+H = rho / pi * rho / (1 - rho) / R^2 to every point of the wall by way of all others.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import render
+from lightloc import Lambert, PointLights, shading
+from render.interreflection import interreflected
+
+POINTS, SPP = 1024, 256
+ALBEDO = 0.6
+PLACES = np.array([[0.45, -0.3, 0.35], [-0.3, 0.4, -0.2], [0.1, 0.5, 0.3]])
+MEAN, LEAST, MOST = 0.2, 0.9, 1.1  # limits of z-scores, as for observations (test_sphere)
+
+
+def within(z: np.ndarray) -> bool:
+    return bool(abs(z.mean()) < MEAN and LEAST < z.std() < MOST)
+
+
+@pytest.mark.parametrize("radius", [1.0, 2.5])
+def test_closed_form(radius, load):
+    """In a sphere H is the same for every light and everywhere, to within its standard error."""
+    room = load("sphere", radius=radius, albedo=ALBEDO)
+    q = render.observe(room, points=POINTS, seed=0, transport="direct")
+    H, error = interreflected(room, q, spp=SPP)(radius * PLACES)
+    assert H.shape == error.shape == (POINTS, len(PLACES), 1)
+    expected = ALBEDO / np.pi * ALBEDO / (1 - ALBEDO) / radius**2
+    for i in range(len(PLACES)):
+        assert within(((H - expected) / error)[:, i])
+    assert not within((H - 1.05 * expected) / error)  # negative control
+
+
+@pytest.mark.parametrize("name", ["box_colored", "box_conductor", "box_mixed"])
+def test_total_radiance(name, load):
+    """S and H of the true lights make up what is seen, with errors that are not shared.
+
+    The same seed as the observations' own must not give their errors again: z would be narrower.
+    """
+    room = load(name)
+    q = render.observe(room, points=POINTS, spp=SPP, seed=5)
+    H, error = interreflected(room, q, spp=SPP, seed=5)(room.lights.positions)
+    assert H.shape == (POINTS, len(room.lights), q.channels)
+    S = shading(q, room.lights.positions, room.geometry)
+    I = room.lights.intensities
+    left = q.radiance - ((S + H) * I).sum(axis=1)
+    z = left / np.sqrt(q.sigma**2 + np.square(error * I).sum(axis=1))
+    assert within(z)
+    bright = q.radiance - ((S + 1.2 * H) * I).sum(axis=1)  # negative control
+    assert not within(bright / np.sqrt(q.sigma**2 + np.square(error * I).sum(axis=1)))
+
+
+def test_own_lights_do_not_count(load):
+    """The room's lights are not used: another room's function is the same, bit for bit."""
+    room = load("box_two")
+    other = render.relight(room, PointLights([[1.0, 1.0, 1.0]], [50.0]))
+    q = render.observe(room, points=64, seed=0, transport="direct")
+    one, two = (interreflected(r, q, spp=16)(room.lights.positions)[0] for r in (room, other))
+    assert (one == two).all()
+
+
+def test_same_paths(load):
+    """A light that moves a little changes H a little: its paths stay, in every call.
+
+    Moved by 1 mm of 2 m, H changes by some 1e-3; independent paths would by 30 % at 16 samples.
+    """
+    room = load("box_two")
+    q = render.observe(room, points=256, seed=0, transport="direct")
+    H = interreflected(room, q, spp=16)
+    p = room.lights.positions
+    here, there = H(p)[0], H(p + 1e-3)[0]
+    assert np.median(np.abs(there / here - 1)) < 0.01
+    assert (H(p)[0] == here).all()
+    assert (H(p[:1])[0] == here[:, :1]).all()
+    elsewhere = interreflected(room, q, spp=16, seed=1)(p)[0]
+    assert np.median(np.abs(elsewhere / here - 1)) > 0.05  # negative control: other paths
+
+
+def test_grey_material(load):
+    """Grey observations get one channel."""
+    room = load("box_one")
+    q = render.observe(room, points=16, seed=0, transport="direct")
+    assert isinstance(q.material, Lambert)
+    assert interreflected(room, q, spp=2)(room.lights.positions)[0].shape == (16, 1, 1)
+
+
+def test_refuses(load, refuses):
+    """A standard error needs two samples; positions are (k, 3)."""
+    room = load("box_one")
+    q = render.observe(room, points=16, seed=0, transport="direct")
+    with refuses("interreflected expects spp >= 2"):
+        interreflected(room, q, spp=1)
+    with refuses("positions"):
+        interreflected(room, q, spp=2)([[0.0, 1.0]])
