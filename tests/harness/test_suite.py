@@ -21,7 +21,8 @@ import validation.suite
 from validation.suite import Case, read_suite, run
 
 LIGHTLOC = Path(sys.executable).with_name("lightloc")
-TRUE, FOUND = {"position", "intensity"}, {"position_error", "intensity_error", "bound"}
+TRUE = {"position", "intensity"}
+FOUND = {"position_error", "intensity_error", "bound", "resolution"}
 
 TINY = """
 name = "tiny"
@@ -122,7 +123,7 @@ def test_result_holds_what_the_report_reads(tiny):
         assert len(r["comparison"]["pairs"][0]["intensity_percent"]) == 1
         assert r["comparison"]["worst_position_percent"] is not None
         assert set(r["rerender"]) == {"z_mean", "z_std", "relative_rms"}
-        assert {"reason", "message", "history", "chi2_per_dof"} <= set(r["search"])
+        assert {"reason", "message", "history", "chi2_per_dof", "verdicts"} <= set(r["search"])
         assert {"step", "lights", "chi2", "detail"} <= set(r["search"]["history"][0])
         assert {"load", "observe", "localize", "judge", "total"} <= set(r["seconds"])
         assert {"date", "commit", "versions"} <= set(r["made"])
