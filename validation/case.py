@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 import render
-from lightloc import Localization, Observations, PointLights, localize
+from lightloc import Localization, Observations, PointLights, Reason, localize
 from render.room import Room
 from validation.made import made
 from validation.match import RADIUS, Comparison, compare
@@ -45,7 +45,7 @@ def run_case(case: Case, folder: Path, command: str) -> dict[str, Any]:
     clock.lap("localize")
     verdict = compare(found.lights, room.lights, room.diagonal)
     again = rerender(case, room, seen, found.lights)
-    why = reasons(case, verdict)
+    why = reasons(case, verdict, found)
     sphere = None
     if case.closed_form:
         sphere, more = judge_sphere(seen, room.lights, room.geometry, case.seed)
@@ -100,8 +100,12 @@ def observe(case: Case, room: Room, seed: int) -> Observations:
     )
 
 
-def reasons(case: Case, verdict: Comparison) -> list[str]:
-    """Why the verdict falls short of the row, a sentence each; empty where it holds."""
+def reasons(case: Case, verdict: Comparison, found: Localization | None = None) -> list[str]:
+    """Why the verdict falls short of the row, a sentence each; empty where it holds.
+
+    Right lights with an answer that does not believe them fall short too, where light is direct:
+    there the model is the renderer's own.
+    """
     why = []
     if not verdict.count_right:
         why.append(f"{verdict.count_found} lights were found where there are {verdict.count_true}.")
@@ -113,6 +117,8 @@ def reasons(case: Case, verdict: Comparison) -> list[str]:
     ):
         if worst is not None and not worst <= limit:
             why.append(f"The worst {what} is off by {worst:.3g} %; the row allows {limit:g} %.")
+    if found and case.transport == "direct" and found.reason is Reason.NO_GAIN:
+        why.append(f"The answer says: {found.reason.value}")
     return why
 
 

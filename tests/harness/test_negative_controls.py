@@ -30,7 +30,7 @@ def row(scene: str, **more: Any) -> Case:
 def judge(case: Case, room: Room, seen: Observations, geometry: Any) -> list[str]:
     """What `run_case` would say in result.json under "why"."""
     found = localize(seen, geometry, seed=case.seed)
-    return reasons(case, compare(found.lights, room.lights, room.diagonal))
+    return reasons(case, compare(found.lights, room.lights, room.diagonal), found)
 
 
 def rebuilt(seen: Observations, **changes: Any) -> Observations:
