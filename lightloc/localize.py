@@ -119,6 +119,8 @@ def searched(
     From a ``start`` it goes on, and grows anew only where that does not explain what is seen.
     """
     exact = is_exact(q) and o.noise == "given"
+    if exact:
+        o = replace(o, thorough=o.thorough_exact, settled=o.settled_exact)
     whole = Problem.of(q, working_sigma(q, o), geometry, region, double=exact)
     if o.ambient:
         whole = replace(whole, ambient=reflected_ambient(whole.surfels, q.channels))

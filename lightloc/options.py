@@ -44,6 +44,8 @@ class Options:
     beam: int = 3  # kept when the first pass leaves a residual
     quick: int = 12  # evaluations to judge a candidate
     thorough: int = 30  # evaluations to polish a hypothesis
+    thorough_exact: int = 60  # the same for exact observations: 15 lights need it (measured)
+    settled_exact: float = 1e-6
     deep: int = 400  # evaluations where an exact answer is near: its valleys are narrow
     settled: float = 1e-5  # relative fall of chi-square at which a polish ends
     settled_deep: float = 1e-9
