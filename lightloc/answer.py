@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from lightloc.candidates import MARGIN
 from lightloc.certainty import Bound, bound_at, inseparable, resolution
-from lightloc.certificate import certificate
 from lightloc.fields import intensity_distance
 from lightloc.noise import level_of
 from lightloc.observations import Observations
@@ -35,42 +35,49 @@ def answer(q: Observations, problem: Problem, fit: Fit, o: Options, search: Sear
     """How sure the lights are, what cannot be told, and why the search stopped."""
     lights = fit.lights.brightest_first()
     level = max(1.0, level_of(fit.residual)) if len(lights) else 1.0
-    bound = bound_at(problem, lights)
-    pairs = inseparable(lights, bound.position)
-    apart = resolution(problem, lights)
-    explained = is_explained(fit, problem, o)
-    own = replace(problem, sigma=problem.sigma * level)
-    sampled = replace(search.tight, sigma=search.tight.sigma * level)
-    peak = certificate(own, sampled, search.dictionary.under(search.loose, sampled), lights, o)
+    peak, _ = search.certificate(problem, fit)
     verdicts = [
         *too_few(problem, lights),
-        *uncertain(problem, lights, bound, o),
-        *clusters(problem, apart, pairs, o),
         *mirrored(problem, lights, level, o),
         *hidden(search.dictionary, problem.geometry, problem.axes),
     ]
-    few = any(verdict.kind is Kind.TOO_FEW for verdict in verdicts)
     if not len(lights):
+        few = any(verdict.kind is Kind.TOO_FEW for verdict in verdicts)
         reason = Reason.UNDECIDED if few else Reason.DARK
-    elif not explained:
+    elif not is_explained(fit, problem, o):
         reason = Reason.MOST_LIGHTS if len(lights) >= o.most_lights else Reason.NO_GAIN
         verdicts.insert(0, unexplained(fit, problem))
-    elif any(verdict.kind in DECISIVE for verdict in verdicts) or pairs:
-        reason = Reason.UNDECIDED
     else:
         reason = Reason.CONVERGED
-    return localization(
+    found = localization(
         q,
         problem,
         Fit(lights, fit.residual, fit.cost),
         o,
         reason,
         search.history,
-        bound=bound,
-        resolution=apart,
+        bound=bound_at(problem, lights),
+        resolution=resolution(problem, lights),
         certificate=peak,
         verdicts=tuple(verdicts),
     )
+    return judged(found, problem, o)
+
+
+def judged(found: Localization, problem: Problem, o: Options) -> Localization:
+    """The answer with the verdicts that follow from its errors, and undecided where they say so."""
+    errors = Bound(found.position_error, found.intensity_error, found.covariance)
+    others = [v for v in found.verdicts if v.kind not in (Kind.UNCERTAIN, Kind.CLUSTER)]
+    verdicts = (
+        *others,
+        *uncertain(problem, found.lights, errors, o),
+        *clusters(problem, found.resolution, found.inseparable, o),
+    )
+    reason = found.reason
+    if reason in (Reason.CONVERGED, Reason.UNDECIDED) and len(found.lights):
+        doubt = found.inseparable or any(verdict.kind in DECISIVE for verdict in verdicts)
+        reason = Reason.UNDECIDED if doubt else Reason.CONVERGED
+    return replace(found, verdicts=verdicts, reason=reason)
 
 
 def localization(
@@ -87,7 +94,7 @@ def localization(
 ) -> Localization:
     """The answer in the form that both methods give it."""
     lights = fit.lights
-    top, _ = intensity_distance(q, lights.positions, problem.geometry, margin=3.0)
+    top, _ = intensity_distance(q, lights.positions, problem.geometry, margin=MARGIN)
     ambient = np.zeros(q.channels)
     if problem.ambient is not None:
         ambient = amounts(problem, lights.positions)[len(lights)]

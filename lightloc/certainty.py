@@ -65,23 +65,31 @@ def cramer_rao(q: Observations, lights: PointLights, geometry: Geometry | None =
     return bound_at(Problem.of(q, q.sigma, geometry, everywhere, double=True), lights)
 
 
-def bound_at(problem: Problem, lights: PointLights) -> Bound:
-    """`cramer_rao` of a problem."""
+def bound_at(
+    problem: Problem, lights: PointLights, around: NDArray[np.float64] | None = None
+) -> Bound:
+    """`cramer_rao` of a problem; ``around`` as in `jacobian`."""
     k, d = len(lights), len(problem.axes)
-    spread = covariance(problem, lights)
+    spread = covariance(problem, lights, around)
     errors = np.sqrt(np.maximum(np.diag(spread), 0))
     position = np.zeros((k, 3))
     position[:, problem.axes] = errors[: k * d].reshape(k, d)
     return Bound(position, errors[k * d :].reshape(k, lights.channels), spread)
 
 
-def jacobian(problem: Problem, lights: PointLights) -> NDArray[np.float64]:
-    """Derivatives of the model over sigma: (c, n, k d + k c), the ambient term taken out."""
+def jacobian(
+    problem: Problem, lights: PointLights, around: NDArray[np.float64] | None = None
+) -> NDArray[np.float64]:
+    """Derivatives of the model over sigma: (c, n, k d + k c), the ambient term taken out.
+
+    ``around`` (n, k, c) is what a light of intensity 1 brings by way of the surfaces, if that is
+    to tell intensities too. What it tells of positions is left out: it is smooth.
+    """
     S, gradient = shading_gradient(
         problem.surfels, lights.positions, problem.geometry, axes=problem.axes
     )
     (n, c), k, d = problem.radiance.shape, len(lights), len(problem.axes)
-    S = np.broadcast_to(S, (n, k, c)) / problem.sigma[:, None]
+    S = (S if around is None else S + around) / problem.sigma[:, None]
     gradient = np.broadcast_to(gradient, (n, k, c, d)) / problem.sigma[:, None, :, None]
     J = np.zeros((c, n, k * (d + c)))
     J[:, :, : k * d] = np.einsum("nkcd,kc->cnkd", gradient, lights.intensities).reshape(c, n, k * d)
@@ -93,14 +101,16 @@ def jacobian(problem: Problem, lights: PointLights) -> NDArray[np.float64]:
     return J
 
 
-def covariance(problem: Problem, lights: PointLights) -> NDArray[np.float64]:
+def covariance(
+    problem: Problem, lights: PointLights, around: NDArray[np.float64] | None = None
+) -> NDArray[np.float64]:
     """Covariance of (free coordinates of each light, then intensities) from the Fisher information.
 
     From an SVD of the whitened Jacobian; directions that the data leave free get infinity.
     """
     if not len(lights):
         return np.zeros((0, 0))
-    J = jacobian(problem, lights)
+    J = jacobian(problem, lights, around)
     J = J.reshape(-1, J.shape[2])
     size = np.linalg.norm(J, axis=0)
     size[size == 0] = 1.0

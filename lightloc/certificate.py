@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lightloc.candidates import Dictionary
 from lightloc.certainty import jacobian
@@ -21,7 +22,7 @@ def certificate(
     dictionary: Dictionary,
     lights: PointLights,
     o: Options,
-) -> float:
+) -> tuple[float, NDArray[np.float64]]:
     """The largest normalized correlation of the residual with a further light, anywhere.
 
     max over p of a / sqrt(b), where a is the residual's correlation with S(., p) / sigma and b
@@ -32,7 +33,7 @@ def certificate(
         problem: with all observations.
         sampled: some of them, over which ``dictionary`` was made.
 
-    Returns standard errors; over several channels, the root of the sum of squares.
+    Returns standard errors (over several channels, the root of the sum of squares), and p.
     """
     tangent = [_tangent(p, lights) for p in (sampled, problem)]
     z = residuals(sampled, lights)
@@ -40,14 +41,16 @@ def certificate(
     gains = dictionary.gains(z, tangent[0], weight)
     z = residuals(problem, lights)
     weight = 1 / (1 + np.square(z / o.outlier))
-    best = 0.0
+    best, where = 0.0, dictionary.points[0]
     for peak in dictionary.peaks(gains, PEAKS):
         p, reach = dictionary.points[peak], dictionary.grid.step
-        best = max(best, zoomed(problem, p, reach, z, tangent[1], weight, o)[1])
-    return float(np.sqrt(best))
+        p, gain = zoomed(problem, p, reach, z, tangent[1], weight, o)
+        if gain > best:
+            best, where = gain, p
+    return float(np.sqrt(best)), where
 
 
-def _tangent(problem: Problem, lights: PointLights) -> np.ndarray:
+def _tangent(problem: Problem, lights: PointLights) -> NDArray:
     """What the fit has adapted to: (n, k d + ..., c)."""
     if not len(lights):
         return whitened(problem, lights.positions)

@@ -18,16 +18,17 @@ from lightloc.grid import Grid
 from lightloc.indirect import remove_indirect
 from lightloc.lights import PointLights
 from lightloc.moves import start_at
-from lightloc.noise import is_exact, law_of, level_of, search_sigma, working_sigma
+from lightloc.noise import is_exact, search_sigma, working_sigma
 from lightloc.observations import Observations
 from lightloc.options import Options
 from lightloc.paper import Paper
-from lightloc.polish import is_explained, prune, sharpened
+from lightloc.polish import is_explained
 from lightloc.published import published
 from lightloc.result import Localization, Step
 from lightloc.rounds import Indirect, rounds
 from lightloc.search import Search, grow, improve
-from lightloc.solve import Fit, Problem, no_lights
+from lightloc.settle import settled
+from lightloc.solve import Problem
 from lightloc.surface import Surface
 
 
@@ -91,15 +92,17 @@ def localize(
     region = array("bounds", q.bounds if bounds is None else bounds, (2, 3))
     if isinstance(o, Paper):
         return published(q, geometry, region, o, surface, watch)
+    if not observations.interreflected:
+        return searched(q, geometry, region, o, seed, watch)
     removed = replace(o, shared=o.after_removal, slack=o.slack_after_removal)
-    first = removed if observations.interreflected else o
-    if indirect is None or not observations.interreflected:
-        return searched(q, geometry, region, first, seed, watch)
+    if indirect is None:
+        return searched(q, geometry, region, removed, seed, watch)
 
     def search(rest: Observations, start: PointLights | None) -> Localization:
+        first = replace(removed, exchanges=0, tries=0)  # rendered light will tell more
         return searched(rest, geometry, region, o if start else first, seed, watch, start)
 
-    return rounds(observations, q, geometry, indirect, search, watch)
+    return rounds(observations, q, geometry, region, indirect, search, o, watch)
 
 
 METHODS: dict[str, type[Options] | type[Paper]] = {"search": Options, "paper": Paper}
@@ -114,9 +117,9 @@ def searched(
     watch: Callable[[Step], None],
     start: PointLights | None = None,
 ) -> Localization:
-    """Ours: grow the set of lights over some observations, polish over all, drop what is idle.
+    """Ours: grow the set of lights over some observations, then settle it over all.
 
-    From a ``start`` it goes on, and grows anew only where that does not explain what is seen.
+    A ``start`` that explains what is seen is not questioned further.
     """
     exact = is_exact(q) and o.noise == "given"
     if exact:
@@ -129,11 +132,12 @@ def searched(
         search.note("start", search.refined(start_at(start), 1, o.outlier))
     else:
         grow(search, 1)
-    improve(search)
-    if not is_explained(search.best, search.tight, o):
+    if not start or not is_explained(search.best, search.tight, o):
+        improve(search)
+    if o.exchanges and not is_explained(search.best, search.tight, o):
         grow(search, o.beam)
         improve(search)
-    best, whole = settled(whole, search.best, o)
+    best, whole = settled(whole, search, o)
     search.history.append(Step("polish on all observations", len(best), best.cost / whole.rows))
     return answer(q, whole, best, o, search)
 
@@ -158,29 +162,3 @@ def occludes(problem: Problem, dictionary: Dictionary) -> bool:
     """Whether anything comes between any observation and any position of the grid."""
     free = atoms_at(replace(problem, geometry=None), dictionary.points)
     return bool(((free > 0) & (dictionary.atoms == 0)).any())
-
-
-def settled(whole: Problem, fit: Fit, o: Options) -> tuple[Fit, Problem]:
-    """Polish over all observations and drop what is idle.
-
-    Where sigma follows from B, it is then taken at the model's B, and where it is to be
-    estimated, from the residuals; the problem comes back with the errors that were used.
-    """
-    if not len(fit):
-        return no_lights(whole, o.outlier), whole
-    law = law_of(whole.radiance, whole.sigma)
-    fit = prune(whole, sharpened(whole, start_at(fit.lights), o), o)
-    if law and o.noise == "given":
-        for _ in range(REWEIGHTED):
-            model = whole.radiance - fit.residual * whole.sigma
-            whole = replace(whole, sigma=law(model))
-            fit = sharpened(whole, start_at(fit.lights), o)
-    if o.noise == "estimate":
-        level = level_of(fit.residual, len(fit) * (len(whole.axes) + fit.lights.channels))
-        whole = replace(whole, sigma=whole.sigma * level)
-        fit = sharpened(whole, start_at(fit.lights), o)
-    return fit, whole
-
-
-REWEIGHTED = 2
-"""Times that sigma is taken at the model's B: the second changes it by a thousandth."""

@@ -53,11 +53,12 @@ class Options:
     typical: float = 0.95  # share of the residuals that the loss takes as they are meanwhile
     near: float = 4.0  # loss a residual, in the wider errors, from which the own ones are tried
     asides: tuple[float, float] = (0.001, 0.03)  # steps across shadows' edges, least and most
+    tries: int = 2  # times that such steps may be taken in vain; 0 to take none
     each_aside: int = 5  # such steps a light, at once; twice as many of all lights together,
     errors_aside: float = 4.0  # by so many standard errors
     sharpenings: int = 6  # times that the loss is narrowed, each time at least by half
     promising: float = 20.0  # times the least gain that a quick look may stay behind the best
-    exchanges: int = 12  # rounds of exchanging, adding and dropping
+    exchanges: int = 12  # rounds of exchanging, adding and dropping; 0 for a rough first answer
     worthwhile: float = 1.0  # chi-square that a round must gain for another
     patience: int = 2  # lights that may be added in vain
 

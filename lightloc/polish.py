@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lightloc.levenberg import Descents, descend
-from lightloc.moves import along_errors, asides, deaths, lights_of, start_at
+from lightloc.moves import along_errors, asides, deaths, lights_of, merges, start_at
 from lightloc.noise import level_of
 from lightloc.options import Options
 from lightloc.solve import Fit, Problem, fit_of, residuals, robust
@@ -72,7 +72,7 @@ def over_edges(problem: Problem, fit: Fit, o: Options) -> Fit:
     rng = np.random.default_rng(0)
     reach = (o.asides[0] * problem.size, o.asides[1] * problem.size)
     vain = 0
-    while len(fit) and vain < o.patience:
+    while len(fit) and vain < o.tries:
         here = start_at(fit.lights)
         starts = asides(problem, here, o.each_aside, reach, rng)
         together = along_errors(problem, fit.lights, 2 * o.each_aside, o.errors_aside, rng)
@@ -150,10 +150,11 @@ def least_gain(problem: Problem, o: Options) -> float:
 
 
 def prune(problem: Problem, fit: Fit, o: Options) -> Fit:
-    """Drop lights without which the fit is not significantly worse, the least missed first."""
+    """Drop or join lights where that leaves the fit not significantly worse, the best first."""
     while len(fit) > 1:
         level, price = noise_level([fit], o), least_gain(problem, o)
-        start = deaths(start_at(fit.lights))
+        here = start_at(fit.lights)
+        start = deaths(here).with_(merges(problem, here))
         tried = polished(problem, start, o.outlier * level, o.quick, (0.0,), o)
         near = tried.chi2 / level**2 < cost_at(level, fit, o) + o.promising * price
         fits = [sharpened(problem, one, o) for one in tried.rows(np.flatnonzero(near)).each()]

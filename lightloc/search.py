@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lightloc.candidates import Dictionary
 from lightloc.certainty import bound_at, inseparable, resolution
 from lightloc.certificate import certificate
 from lightloc.levenberg import Descents
 from lightloc.moves import births, deaths, distinct, lights_of, merges, splits, start_at
+from lightloc.noise import level_of
 from lightloc.options import Options
 from lightloc.polish import (
     best_of,
@@ -54,6 +56,7 @@ class Search:
     most: int = sys.maxsize
     ladder: dict[int, Fit] = field(default_factory=dict)
     history: list[Step] = field(default_factory=list)
+    sure: dict[Fit, bool] = field(default_factory=dict)
 
     @property
     def best(self) -> Fit:
@@ -66,7 +69,10 @@ class Search:
     def ended(self) -> bool:
         """Whether there is nothing left to explain."""
         best = self.best
-        return best.cost < self.enough * self.tight.rows or self.is_sure(best)
+        if best not in self.sure:
+            enough = best.cost < self.enough * self.tight.rows
+            self.sure[best] = enough or self.is_sure(best)
+        return self.sure[best]
 
     def is_sure(self, fit: Fit) -> bool:
         """Whether no more than noise is left, no place for a light, and no doubt about any."""
@@ -79,8 +85,14 @@ class Search:
             return False
         if (resolution(problem, fit.lights) > o.cluster * problem.size).any():
             return False
-        here = self.dictionary.under(self.loose, problem)
-        return certificate(problem, problem, here, fit.lights, o) ** 2 < least_gain(problem, o)
+        return self.certificate(problem, fit)[0] ** 2 < least_gain(problem, o)
+
+    def certificate(self, whole: Problem, fit: Fit) -> tuple[float, NDArray[np.float64]]:
+        """`certificate` of a fit to ``whole``, in units of what it leaves if that is more."""
+        level = max(1.0, level_of(fit.residual)) if len(fit) else 1.0
+        own, sampled = (replace(p, sigma=p.sigma * level) for p in (whole, self.tight))
+        here = self.dictionary.under(self.loose, sampled)
+        return certificate(own, sampled, here, fit.lights, self.o)
 
     def without_errors(self) -> int | None:
         """How many lights explain, where the last ones only adapt to an error of the model.
@@ -121,12 +133,18 @@ class Search:
             else:
                 fits.append(unmoved(self.tight, one, self.o))
         fit = best_of(fits, self.o)
-        if self.blurs[0] and front.chi2.min() < near:
+        if self.blurs[0] and front.chi2.min() < near and self.is_promising(fit):
             fit = over_edges(self.tight, fit, self.o)
         known = self.ladder.get(len(fit), fit)
         self.ladder[len(fit)] = best_of([known, fit], self.o)
         self.history.append(Step(action, len(fit), fit.cost / self.tight.rows))
         self.watch(self.history[-1])
+
+    def is_promising(self, fit: Fit) -> bool:
+        """Whether it is not so far behind the best that nothing will bring it before that."""
+        best, o = self.best, self.o
+        behind = o.promising * least_gain(self.tight, o) * max(1.0, best.cost / self.tight.rows)
+        return fit.cost < best.cost + behind
 
     def refined(self, starts: Descents, most: int, loss: float, below: float = np.inf) -> Descents:
         """The ``most`` best of the starts, polished, if a quick look brings them ``below``."""

@@ -88,7 +88,7 @@ class Problem:
         )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Fit:
     """Lights that were fitted, with chi-square (robust where it was asked for)."""
 

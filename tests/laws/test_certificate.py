@@ -22,7 +22,7 @@ def room():
 
 def certified(problem: Problem, lights: PointLights) -> float:
     dictionary = Dictionary.over(problem, Grid.over(problem.bounds, 2304))
-    return certificate(problem, problem, dictionary, lights, Options())
+    return certificate(problem, problem, dictionary, lights, Options())[0]
 
 
 def posed(q: Observations, B: np.ndarray, sigma: np.ndarray) -> Problem:

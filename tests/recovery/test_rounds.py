@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -20,7 +18,8 @@ from lightloc import (
     remove_indirect,
     shading,
 )
-from lightloc.rounds import MOST_ROUNDS, Split, movement, order_like, rounds
+from lightloc.all_light import Split
+from lightloc.rounds import MOST_ROUNDS, movement, order_like, rounds
 
 POINTS = 1000
 ALBEDO = 0.6
@@ -53,9 +52,14 @@ def constant(q: Observations, around: float = AROUND):
     return indirect, calls
 
 
-def searched(room: render.Room):
+def searched(room: render.Room, o: Options | None = None):
     """The search in direct light, each time from nothing."""
-    return lambda q, start: localize(q, room.geometry)
+    return lambda q, start: localize(q, room.geometry, options=o)
+
+
+def found_in(room: render.Room, q: Observations, first: Observations, indirect, search):
+    """`rounds` in a room, with the defaults of the rest."""
+    return rounds(q, first, room.geometry, room.bounds, indirect, search, Options())
 
 
 def start(q: Observations, share: float = 0.9) -> Observations:
@@ -92,7 +96,7 @@ def test_intensities_are_exact_in_one_step(times, sphere, rng):
     H = times * S.mean() * rng.uniform(0.5, 1.5, S.shape)
     I = LIGHTS.intensities
     B = ((S + H) * I).sum(axis=1)
-    split = Split(q.with_radiance(B, 0.01 * B), S, H, 0 * H)
+    split = Split(q.with_radiance(B, 0.01 * B), S, H, 0 * H, 5.0)
     np.testing.assert_allclose(split.intensities(), I, rtol=1e-9)
     rest = split.direct(I)
     assert not rest.interreflected
@@ -104,7 +108,7 @@ def test_a_ghost_gets_nothing(sphere):
     room, q = sphere
     p = np.concatenate([LIGHTS.positions, [[0.0, 0.0, -0.6]]])
     S = shading(q, p, room.geometry)
-    split = Split(q, S, np.full_like(S, AROUND), np.zeros_like(S))
+    split = Split(q, S, np.full_like(S, AROUND), np.zeros_like(S), 5.0)
     I = split.intensities()
     assert I[2] < 0.02 * I[0]
     np.testing.assert_allclose(I[:2], LIGHTS.intensities, rtol=0.02)
@@ -114,7 +118,7 @@ def test_errors_add_up(sphere):
     """Sigma holds B's error and each light's rendering, which are independent."""
     _, q = sphere
     error = np.stack([0.3 * q.sigma, 0.4 * q.sigma], axis=1)
-    split = Split(q, 0 * error, 0 * error, error)
+    split = Split(q, 0 * error, 0 * error, error, 5.0)
     expected = q.sigma * np.sqrt(1 + 0.3**2 * 20**2 + 0.4**2 * 12**2)
     np.testing.assert_allclose(split.sigma(LIGHTS.intensities), expected, rtol=1e-12)
 
@@ -123,7 +127,7 @@ def test_sphere(sphere):
     """The lights of a sphere, to within the errors stated, and the last round moves nothing."""
     room, q = sphere
     indirect, calls = constant(q)
-    found = rounds(q, start(q), room.geometry, indirect, searched(room))
+    found = found_in(room, q, start(q), indirect, searched(room))
     assert found.reason is Reason.CONVERGED, found
     assert len(found.lights) == len(LIGHTS)
     assert np.abs(z_scores(found, LIGHTS)).max() < Z99
@@ -138,7 +142,7 @@ def test_intensities_are_told_by_all_light(sphere, bare):
     """Indirect light adds to what is known of intensities: the errors stated are smaller."""
     room, q = sphere
     indirect, _ = constant(q)
-    found = rounds(q, start(q), room.geometry, indirect, lambda q, start: bare)
+    found = found_in(room, q, start(q), indirect, lambda q, start: bare)
     assert (found.intensity_error < bare.intensity_error).all()
 
 
@@ -154,7 +158,7 @@ def test_metal(metal):
     room, q = metal
     H = render.interreflected(room, q, spp=256, seed=3)
     first = remove_indirect(q, room.geometry)
-    found = rounds(q, first, room.geometry, H, searched(room))
+    found = found_in(room, q, first, H, searched(room))
     verdict = validation.compare(found.lights, room.lights, room.diagonal)
     plain = validation.compare(localize(q, room.geometry).lights, room.lights, room.diagonal)
     print(f"footnote 1: {plain}\nrendered: {verdict}")
@@ -168,29 +172,22 @@ def test_another_room_is_noticed(sphere):
     room, q = sphere
     indirect, _ = constant(q, 1.5 * AROUND)
     few = Options(most_lights=3, beam=1, exchanges=1)  # what is wrong is not worth a long search
-    found = rounds(
-        q,
-        start(q),
-        room.geometry,
-        indirect,
-        lambda q, start: localize(q, room.geometry, options=few),
-    )
+    found = found_in(room, q, start(q), indirect, searched(room, few))
     assert found.reason is not Reason.CONVERGED
     assert any(verdict.kind is Kind.UNEXPLAINED for verdict in found.verdicts)
 
 
 def test_lights_that_never_settle(sphere, bare):
-    """Negative control: where each round moves the lights, a verdict says so."""
+    """Negative control: where each rendering differs from the last, a verdict says so."""
     room, q = sphere
-    indirect, calls = constant(q)
-    turn = []
+    calls = []
 
-    def restless(q, start):
-        turn.append(1)
-        p = bare.lights.positions + 0.1 * (len(turn) % 2)
-        return replace(bare, lights=PointLights(p, bare.lights.intensities))
+    def restless(positions):
+        calls.append(positions)
+        shape = (len(q), len(positions), 1)
+        return np.full(shape, (1 + 0.05 * (len(calls) % 2)) * AROUND), np.zeros(shape)
 
-    found = rounds(q, start(q), room.geometry, indirect, restless)
+    found = found_in(room, q, start(q), restless, lambda q, start: bare)
     assert len(calls) == MOST_ROUNDS
     assert found.reason is Reason.NO_GAIN
     assert found.verdicts[0].kind is Kind.UNEXPLAINED
@@ -201,7 +198,7 @@ def test_darkness(sphere):
     room, q = sphere
     indirect, calls = constant(q)
     dark = q.with_radiance(0 * q.radiance, q.sigma, interreflected=False)
-    found = rounds(dark, dark, room.geometry, indirect, searched(room))
+    found = found_in(room, dark, dark, indirect, searched(room))
     assert found.reason is Reason.DARK
     assert not calls
 
@@ -213,4 +210,6 @@ def test_movement(bare):
     assert movement(found, back) == 0
     off = PointLights(found.lights.positions + 2 * found.position_error, found.lights.intensities)
     assert movement(found, off) == pytest.approx(2)
+    dim = PointLights(found.lights.positions, found.lights.intensities - 3 * found.intensity_error)
+    assert movement(found, dim) == pytest.approx(3)
     assert movement(found, PointLights(off.positions[:1], off.intensities[:1])) == np.inf

@@ -1,0 +1,204 @@
+"""Positions and intensities from all of B, where the indirect part was rendered with noise.
+
+B = sum I (S + H), where H is what a light of intensity 1 brings by way of the surfaces. A noisy H
+as a regressor pulls intensities astray, as errors in variables do: the noise in H correlates with
+itself. What it adds to the normal equations is known from its standard error, and is taken out
+again (Fuller, Measurement Error Models, 1987, section 2.2).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cholesky, eigh, solve_triangular
+from scipy.optimize import nnls
+
+from lightloc.certainty import Bound, jacobian
+from lightloc.lights import PointLights
+from lightloc.observations import Observations
+from lightloc.shading import shading
+from lightloc.solve import Problem, robust
+
+REFITS = 4
+"""The error of the rendering and the weights depend on the intensities: settled after three."""
+
+NOISE_TAKEN = 0.8
+"""Most of what any direction of the normal equations holds that may be taken out for noise."""
+
+STEPS = 12
+"""Gauss-Newton steps; three or four are enough where the start is near."""
+
+SHARES = (1.0, 0.5, 0.25, 0.1)
+"""Of a step, tried one after the other until it leads down."""
+
+STILL = 0.03
+"""Standard errors that the last step may move anything."""
+
+FLAT = 1e-12
+"""Of the normal equations' diagonal: what nothing tells gets an error without bounds."""
+
+
+@dataclass(frozen=True, eq=False)
+class Split:
+    """B(q) as the light of some lights: straight from them, and by way of the surfaces.
+
+    Args:
+        straight, around: (n, k, c) S and H of each light at intensity 1, m^-2 sr^-1.
+        error: (n, k, c) standard error of ``around``, independent from light to light.
+        outlier: standard errors beyond which a residual counts less and less.
+    """
+
+    q: Observations
+    straight: NDArray[np.float64]
+    around: NDArray[np.float64]
+    error: NDArray[np.float64]
+    outlier: float
+
+    def rows(self, order: NDArray[np.intp]) -> Split:
+        """The lights in another order."""
+        straight, around, error = self.straight, self.around, self.error
+        return replace(
+            self, straight=straight[:, order], around=around[:, order], error=error[:, order]
+        )
+
+    def sigma(self, intensities: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(n, c) standard error of B less the rendered part."""
+        rendered = np.square(self.error * intensities).sum(axis=1)
+        return above_zero(np.sqrt(np.square(self.q.sigma) + rendered))
+
+    def residual(self, intensities: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(n, c) in standard errors."""
+        model = ((self.straight + self.around) * intensities).sum(axis=1)
+        return (self.q.radiance - model) / self.sigma(intensities)
+
+    def cost(self, intensities: NDArray[np.float64]) -> float:
+        """Robust chi-square."""
+        return robust(self.residual(intensities), self.outlier)
+
+    def weight(self, z: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(n, c) in 0..1, of Cauchy's loss, or of a wider one while most residuals are large."""
+        return 1 / (1 + np.square(z / max(self.outlier, np.median(np.abs(z)))))
+
+    def noise(self, sigma: NDArray[np.float64], weight: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(k, c) what the error of ``around`` adds to the normal equations' diagonal."""
+        return np.einsum("nkc,nc->kc", np.square(self.error), weight / np.square(sigma))
+
+    def intensities(self) -> NDArray[np.float64]:
+        """(k, c) by non-negative least squares from direct and indirect light together."""
+        whole = self.straight + self.around
+        _, k, channels = whole.shape
+        I = np.zeros((k, channels))
+        weight = np.ones_like(self.q.radiance)
+        for _ in range(REFITS):
+            sigma = self.sigma(I)
+            for c in range(channels):
+                A = whole[:, :, c] * (np.sqrt(weight[:, c]) / sigma[:, c])[:, None]
+                b = self.q.radiance[:, c] * np.sqrt(weight[:, c]) / sigma[:, c]
+                lit = A.any(axis=0)
+                A = A[:, lit]
+                M = without_noise(A.T @ A, self.noise(sigma, weight)[lit, c])
+                root = cholesky(M, lower=True)
+                I[:, c] = 0.0
+                I[lit, c] = nnls(root.T, solve_triangular(root, A.T @ b, lower=True))[0]
+            weight = self.weight(self.residual(I))
+        return I
+
+    def direct(self, intensities: NDArray[np.float64]) -> Observations:
+        """What is left for the search: B less the rendered part, with the error of both."""
+        B = self.q.radiance - (self.around * intensities).sum(axis=1)
+        return self.q.with_radiance(B, self.sigma(intensities), interreflected=False)
+
+
+def without_noise(G: NDArray[np.float64], noise: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Normal equations (u, u) less what ``noise`` (u,) adds to their diagonal.
+
+    Where that would leave nothing in some direction, as much is taken out as leaves a fifth.
+
+    >>> without_noise(np.diag([4.0, 5.0]), np.array([1.0, 2.0])).tolist()
+    [[3.0, 0.0], [0.0, 3.0]]
+    >>> without_noise(np.eye(2), np.array([0.0, 1.0])).round(9).tolist()
+    [[0.2, 0.0], [0.0, 0.2]]
+    """
+    if not noise.any():
+        return G
+    size = np.sqrt(np.diag(G))
+    scaled = G / np.outer(size, size)
+    worst = eigh(np.diag(noise / size**2), scaled, eigvals_only=True)[-1]
+    return G - min(1.0, NOISE_TAKEN / worst) * np.diag(noise)
+
+
+def together(
+    split: Split, lights: PointLights, problem: Problem
+) -> tuple[PointLights, Split, Bound]:
+    """Refine positions and intensities on all of B, H being held: Gauss-Newton.
+
+    That H changes with the position is left out of the steps but not of their end: where H is
+    rendered anew until nothing moves, the residual is that of all light.
+
+    Args:
+        split: of lights nearby, in the same order.
+        problem: over the observations; its sigma is not used.
+
+    Returns the lights, ``split`` there and the lights' standard errors.
+    """
+    split = replace(split, straight=straight(problem, lights))
+    step, bound = newton(split, lights, problem)
+    for _ in range(STEPS):
+        for share in SHARES:
+            there = moved(lights, share * step, problem)
+            then = replace(split, straight=straight(problem, there))
+            if then.cost(there.intensities) < split.cost(lights.intensities):
+                break
+        else:
+            break
+        last = np.abs(step) / above_zero(np.sqrt(np.diag(bound.covariance)))
+        lights, split = there, then
+        step, bound = newton(split, lights, problem)
+        if last.max(initial=0.0) < STILL:
+            break
+    return lights, split, bound
+
+
+def newton(split: Split, lights: PointLights, problem: Problem) -> tuple[NDArray, Bound]:
+    """The Gauss-Newton step over all coordinates, then all intensities; standard errors.
+
+    With normal equations M that are free of the noise in H and G that hold it, the errors are
+    M^-1 G M^-1.
+    """
+    I = lights.intensities
+    sigma, z = split.sigma(I), split.residual(I)
+    weight = split.weight(z)
+    J = jacobian(replace(problem, sigma=sigma), lights, split.around)
+    weighed = J * weight.T[:, :, None]
+    G = np.einsum("cnu,cnv->uv", weighed, J, optimize=True)
+    G += FLAT * G.max() * np.eye(len(G))
+    first = len(G) - I.size
+    theta = np.concatenate([np.zeros(first), I.ravel()])
+    M = without_noise(G, np.concatenate([theta[:first], split.noise(sigma, weight).ravel()]))
+    g = np.einsum("cnu,nc->u", weighed, z) + np.diag(G - M) * theta
+    inverse = np.linalg.inv(M)
+    spread = inverse @ G @ inverse
+    error = np.sqrt(np.diag(spread))
+    position = np.zeros((len(I), 3))
+    position[:, problem.axes] = error[:first].reshape(len(I), -1)
+    return inverse @ g, Bound(position, error[first:].reshape(I.shape), spread)
+
+
+def moved(lights: PointLights, step: NDArray, problem: Problem) -> PointLights:
+    """Lights a step away, within the region and not below 0."""
+    first = len(step) - lights.intensities.size
+    p = lights.positions.copy()
+    p[:, problem.axes] += step[:first].reshape(len(p), -1)
+    I = lights.intensities + step[first:].reshape(lights.intensities.shape)
+    return PointLights(np.clip(p, *problem.bounds), np.maximum(I, 0.0))
+
+
+def straight(problem: Problem, lights: PointLights) -> NDArray[np.float64]:
+    """S at the lights: (n, k, c)."""
+    return shading(problem.surfels, lights.positions, problem.geometry)
+
+
+def above_zero(value: NDArray) -> NDArray[np.float64]:
+    return np.maximum(value, np.finfo(float).tiny)
