@@ -99,7 +99,8 @@ def localize(
         return searched(q, geometry, region, removed, seed, watch)
 
     def search(rest: Observations, start: PointLights | None) -> Localization:
-        first = replace(removed, exchanges=0, tries=0)  # rendered light will tell more
+        # what footnote 1 leaves is no error of the model: rendered light will tell more
+        first = replace(removed, exchanges=0, tries=0, stalled=o.most_lights)
         return searched(rest, geometry, region, o if start else first, seed, watch, start)
 
     return rounds(observations, q, geometry, region, indirect, search, o, watch)

@@ -156,8 +156,9 @@ def prune(problem: Problem, fit: Fit, o: Options) -> Fit:
         here = start_at(fit.lights)
         start = deaths(here).with_(merges(problem, here))
         tried = polished(problem, start, o.outlier * level, o.quick, (0.0,), o)
-        near = tried.chi2 / level**2 < cost_at(level, fit, o) + o.promising * price
-        fits = [sharpened(problem, one, o) for one in tried.rows(np.flatnonzero(near)).each()]
+        best = np.argsort(tried.chi2, kind="stable")[: o.beam]
+        near = tried.chi2[best] / level**2 < cost_at(level, fit, o) + o.promising * price
+        fits = [sharpened(problem, one, o) for one in tried.rows(best[near]).each()]
         if not fits:
             return fit
         without = best_of(fits, o)

@@ -27,9 +27,12 @@ def settled(whole: Problem, search: Search, o: Options) -> tuple[Fit, Problem]:
     if not len(search.best):
         return no_lights(whole, o.outlier), whole
     law = law_of(whole.radiance, whole.sigma)
-    fit = sharpened(whole, start_at(search.best.lights), o)
+    fit = search.best
     if whole.rows > search.tight.rows:
-        fit = completed(whole, fit, search, o)
+        fit = prune(search.tight, fit, o)
+        fit = completed(whole, sharpened(whole, start_at(fit.lights), o), search, o)
+    else:
+        fit = sharpened(whole, start_at(fit.lights), o)
     fit = prune(whole, fit, o)
     if law and o.noise == "given":
         for _ in range(REWEIGHTED):
