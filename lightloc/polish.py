@@ -11,7 +11,7 @@ from lightloc.levenberg import Descents, descend
 from lightloc.moves import along_errors, asides, deaths, lights_of, merges, start_at
 from lightloc.noise import level_of
 from lightloc.options import Options
-from lightloc.solve import Fit, Problem, fit_of, residuals, robust
+from lightloc.solve import Fit, Problem, cauchy, fit_of, residuals, robust
 
 
 def polished(
@@ -120,17 +120,10 @@ def is_worth(problem: Problem, fewer: Fit, more: Fit, level: float, o: Options) 
     """
     lights = len(more) - len(fewer)
     price = lights * least_gain(problem, o)
-    before, after = loss_of(fewer.residual / level, o), loss_of(more.residual / level, o)
+    before, after = (cauchy(fit.residual / level, o.outlier) for fit in (fewer, more))
     gains = np.sort((before - after).ravel())
     unknowns = lights * (len(problem.axes) + problem.radiance.shape[1])
     return gains.sum() > price and gains[: max(0, len(gains) - unknowns)].sum() > price / 2
-
-
-def loss_of(z: NDArray, o: Options) -> NDArray[np.float64]:
-    """Cauchy's loss of each residual."""
-    if np.isinf(o.outlier):
-        return np.square(z)
-    return o.outlier**2 * np.log1p(np.square(z / o.outlier))
 
 
 def chosen(problem: Problem, fits: Iterable[Fit], o: Options) -> Fit:

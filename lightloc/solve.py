@@ -106,9 +106,14 @@ def robust(z: NDArray, scale: float) -> float:
     >>> robust(np.array([1e-3]), 5.0) == robust(np.array([-1e-3]), 5.0) < 1.0001e-6
     True
     """
+    return float(cauchy(z, scale).sum())
+
+
+def cauchy(z: NDArray, scale: float) -> NDArray[np.float64]:
+    """Cauchy's loss of each residual; the square where ``scale`` is infinite."""
     if np.isinf(scale):
-        return float(np.square(z).sum())
-    return float((scale**2 * np.log1p((z / scale) ** 2)).sum())
+        return np.square(z)
+    return scale**2 * np.log1p(np.square(z / scale))
 
 
 def no_lights(problem: Problem, scale: float) -> Fit:

@@ -1,4 +1,4 @@
-"""Round occluders in the plane, as the smallest `Geometry` that there is."""
+"""Round occluders in the plane, as much of a `Geometry` as fields ask for: what is visible."""
 
 from __future__ import annotations
 
@@ -28,6 +28,3 @@ class Discs:
             ex, ey = ex - t * dx, ey - t * dy
             active = active & (ex * ex + ey * ey > r2)
         return active
-
-    def intersect(self, x: Any, d: Any, active: Any = True) -> tuple[Any, Any]:
-        raise NotImplementedError  # fields ask only what is visible

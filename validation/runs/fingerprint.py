@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+OURS = ("validation", "render")
 BELOW = ("drjit", "numpy", "scipy")  # whose versions may change a result
 
 
@@ -20,22 +21,26 @@ BELOW = ("drjit", "numpy", "scipy")  # whose versions may change a result
 def fingerprint(scene: Callable[[str], Any] | None = None) -> str:
     """SHA-256 of the code that makes a scene's record.
 
-    It is of lightloc, of what is below it, and of the files of `validation` that the function's
-    own file needs: those that only run scenes or show what came out change no result.
+    It is of lightloc, of what is below it, and of the files of `validation` and `render` that the
+    function's own file needs, with the scenes where it renders: those that only run scenes or
+    show what came out change no result.
     """
     versions = [importlib.metadata.version(name) for name in BELOW]
     backend = os.environ.get("LIGHTLOC_BACKEND", "llvm")
     digest = hashlib.sha256(json.dumps([versions, backend]).encode())
     lightloc = _folder("lightloc")
     files = {str(file.relative_to(lightloc)): file for file in lightloc.rglob("*.py")}
-    files |= needed(scene.__module__) if scene else {}
+    own = needed(scene.__module__) if scene else {}
+    if any(name.startswith("render.") for name in own):
+        own |= {f"scenes.{file.stem}": file for file in _folder("scenes").glob("*.xml")}
+    files |= own
     for name, file in sorted(files.items()):
         digest.update(name.encode() + file.read_bytes())
     return digest.hexdigest()
 
 
 def needed(module: str) -> dict[str, Path]:
-    """The files that a module of `validation` is made of: its own, and all that these import.
+    """The files that a module is made of: its own, and all of `OURS` that these import.
 
     >>> list(needed("validation.match"))
     ['validation.match']
@@ -62,12 +67,14 @@ def _imported(file: Path) -> Iterator[str]:
 
 
 def _file(module: str) -> Path | None:
-    """The file of a module of `validation`; None of any other, and of a package."""
+    """The file of a module in `OURS`; None of any other, and of validation's packages."""
     first, *rest = module.split(".")
-    if first != "validation" or not rest:
+    if first not in OURS:
         return None
-    file = _folder("validation").joinpath(*rest).with_suffix(".py")
-    return file if file.is_file() else None
+    if module == "render":  # its names are those of its files
+        rest = ["__init__"]
+    file = _folder(first).joinpath(*rest).with_suffix(".py") if rest else None
+    return file if file and file.is_file() else None
 
 
 def _folder(package: str) -> Path:
