@@ -119,7 +119,7 @@ def without_noise(G: NDArray[np.float64], noise: NDArray[np.float64]) -> NDArray
     >>> without_noise(np.diag([4.0, 5.0]), np.array([1.0, 2.0])).tolist()
     [[3.0, 0.0], [0.0, 3.0]]
     >>> without_noise(np.eye(2), np.array([0.0, 1.0])).round(9).tolist()
-    [[0.2, 0.0], [0.0, 0.2]]
+    [[1.0, 0.0], [0.0, 0.2]]
     """
     if not noise.any():
         return G

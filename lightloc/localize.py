@@ -138,6 +138,9 @@ def searched(
     if o.exchanges and not is_explained(search.best, search.tight, o):
         grow(search, o.beam)
         improve(search)
+    if o.noise == "given" and not is_explained(search.best, search.tight, o):
+        # an error of the model is shared by neighbours too
+        search.o = o = replace(o, shared=max(o.shared, o.after_removal))
     best, whole = settled(whole, search, o)
     search.history.append(Step("polish on all observations", len(best), best.cost / whole.rows))
     return answer(q, whole, best, o, search)

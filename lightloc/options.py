@@ -66,10 +66,11 @@ class Options:
     stalled: int = 6  # lights that must lower what is left, where a wrong model could leave that,
     stalled_share: float = 0.25  # to this share,
     model_error: float = 0.15  # of B, in the median
-    little: float = 0.6  # share that the last light before those must not leave
+    little: float = 0.45  # share that the last light before those must not leave
     significant: float = 5.0  # least gain in chi-square a new parameter, in units of the noise
     shared: float = 0.0  # least gain in chi-square a residual, where errors are shared by
-    # neighbours and do not average out; `after_removal` once indirect light was removed
+    # neighbours and do not average out; `after_removal` once indirect light was removed, and
+    # where the model proves wrong
     after_removal: float = 0.08
     unlikely: float = 5.0  # standard deviations of chi-square above what noise explains
     slack: float = 1.0  # chi-square a residual that noise is allowed; `slack_after_removal`

@@ -10,7 +10,7 @@ from lightloc.levenberg import Descents
 from lightloc.moves import start_at
 from lightloc.noise import law_of, level_of
 from lightloc.options import Options
-from lightloc.polish import is_worth, least_gain, noise_level, prune, sharpened
+from lightloc.polish import is_explained, is_worth, least_gain, noise_level, prune, sharpened
 from lightloc.search import Search
 from lightloc.solve import Fit, Problem, intensities, no_lights
 
@@ -30,7 +30,10 @@ def settled(whole: Problem, search: Search, o: Options) -> tuple[Fit, Problem]:
     fit = search.best
     if whole.rows > search.tight.rows:
         fit = prune(search.tight, fit, o)
-        fit = completed(whole, sharpened(whole, start_at(fit.lights), o), search, o)
+        explained = is_explained(fit, search.tight, o)
+        fit = sharpened(whole, start_at(fit.lights), o)
+        if explained:  # else what is left is an error of the model, and no light
+            fit = completed(whole, fit, search, o)
     else:
         fit = sharpened(whole, start_at(fit.lights), o)
     fit = prune(whole, fit, o)
