@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lightloc import Observations, PointLights, Reason, localize, radiance
+from lightloc import Lambert, Observations, PointLights, Reason, localize, radiance
+from lightloc.certainty import jacobian
+from lightloc.solve import Problem
 from validation.match import compare
 from validation.studies.wrong_models import MODELS
 from validation.table1 import columns
@@ -113,3 +115,31 @@ def test_wrong_models_make_no_ghosts(model):
         found = localize(q)
         assert len(found.lights) == len(lights), number
         assert found.reason is Reason.NO_GAIN
+
+
+@pytest.mark.parametrize(("gain", "lights"), [(80.0, 3), (8.0, 2)])
+def test_a_light_that_only_all_observations_show(gain, lights):
+    """Its gain in chi-square is ``gain`` over all observations, a fifth of that in the sample.
+
+    A light must gain 20: one of 80 shows in all of them alone, one of 8 nowhere (the control).
+    """
+    rng, n = np.random.default_rng(2), 5120
+    x, axis = rng.uniform(-2, 2, (n, 3)), rng.integers(0, 3, n)
+    sign, normals = rng.choice([-1.0, 1.0], n), np.zeros((n, 3))
+    x[np.arange(n), axis], normals[np.arange(n), axis] = 2 * sign, -sign
+    q = Observations(
+        positions=x,
+        normals=normals,
+        directions=normals,
+        radiance=np.zeros(n),
+        material=Lambert(albedo=0.5),
+    )
+    bright = PointLights([[0.4, -0.3, 0.9], [-1.0, 0.9, 0.2]], [5.0, 3.0])
+    B = radiance(q, bright)
+    sigma = 0.05 * B
+    faint = radiance(q, PointLights([[0.5, -1.2, -1.0]], [1.0]))
+    beside, z = jacobian(Problem.of(q, sigma, None, q.bounds), bright)[0], (faint / sigma)[:, 0]
+    z = z - beside @ np.linalg.lstsq(beside, z)[0]  # what no other light takes up
+    B = B + faint * np.sqrt(gain / np.square(z).sum()) + sigma * rng.normal(size=B.shape)
+    found = localize(q.with_radiance(B, sigma))
+    assert len(found.lights) == lights
