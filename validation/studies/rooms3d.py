@@ -5,52 +5,36 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
-from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
-from scipy.spatial import cKDTree
+from numpy.typing import NDArray
 
 import render
-from lightloc import Localization, Observations, PointLights, localize, shading
+from lightloc import Localization, Observations, localize
+from lightloc.rounds import Indirect
 from validation.match import Comparison, compare
 from validation.studies.many import converged, solved
 from validation.studies.measures import Fields, at_least, below, duration, share, tally, typical
+from validation.studies.occluders import ceiling
+from validation.studies.rooms import MOST, ROOMS, lit, most
 from validation.studies.scenes import numbered
 from validation.studies.study import Measure, Row, Study
+from validation.studies.trial import Tolerance
 
-ROOMS: dict[str, tuple[str, dict[str, Any]]] = {
-    "diffuse": ("box_three", {}),
-    "occluders": ("box_occluder", {}),
-    "furnished": ("furnished", {}),
-    "mixed": ("box_mixed", {"alpha": 0.3}),
-    "plastic_a1": ("box_plastic", {"alpha": 0.1}),
-    "plastic_a3": ("box_plastic", {"alpha": 0.3}),
-    "plastic_a6": ("box_plastic", {"alpha": 0.6}),
-    "metal_a1": ("box_conductor", {"alpha": 0.1}),
-    "metal_a3": ("box_conductor", {"alpha": 0.3}),
-    "metal_a6": ("box_conductor", {"alpha": 0.6}),
-}
 TRANSPORTS = ("direct", "full")
-MOST = 8  # lights: a scene's number says how many, one after the other
 POINTS = 4000  # |Q| of the issue
 SPP = 4096  # at 1024 the faintest of eight lights among metal is known to 8 % only (measured)
 RENDERED = 512  # samples a light: eight times as many as it, all lights together
-BRIGHT = (8.0, 24.0)  # W/sr, as in the standard rooms
-CLEARANCE = 0.1  # of the room's longest side, from surfaces and from each other
-REACHED = 0.1  # share of some probes that a light must reach: none inside furniture does
-SURFACE, PROBES = 60_000, 512  # points on all surfaces, 4 cm apart; probes
-POSITION, INTENSITY = 1.0, 5.0  # percent of the diagonal and of the intensity, as in the suite
-SEED = 2018
+SOLVED = Tolerance(0.01, 5.0)  # of the diagonal and in percent, as in the suite
 
 
 @dataclass(frozen=True)
 class RoomTrial:
     """One room: a line of the study's data. Fields as in `Trial`.
 
-    ``seconds`` are of all searches without the rendering, ``rendering`` of that. For ``full``,
-    the ``footnote_...`` fields are of footnote 1 alone on the same observations.
+    ``seconds`` are of all searches without the rendering, ``rendering`` of that; ``ceiling`` is
+    the probability of being solved at the bound. For ``full``, the ``footnote_...`` fields are of
+    footnote 1 alone on the same observations.
     """
 
     name: str
@@ -68,6 +52,7 @@ class RoomTrial:
     seconds: float
     rendering: float
     turns: int
+    ceiling: float
     footnote_solved: bool | None
     footnote_position: float | None
     footnote_intensity: float | None
@@ -86,66 +71,34 @@ def one(name: str) -> RoomTrial:
     if transport == "direct":
         return _record(name, room, localize(seen, room.geometry), time.perf_counter() - clock)
     spent: list[float] = []
-    answer = rendered(seen, room, int(number), spent)
+    indirect = render.interreflected(room, seen, spp=RENDERED, seed=int(number))
+    answer = rendered(seen, room, indirect, int(number), spent)
     seconds = time.perf_counter() - clock - sum(spent)
     plain = localize(seen, room.geometry)
-    return _record(name, room, answer, seconds, spent, plain)
+    at_best = most(seen, room, indirect, SOLVED)
+    return _record(name, room, answer, seconds, spent, plain, at_best)
 
 
-def rendered(seen: Observations, room: render.Room, seed: int, spent: list[float]) -> Localization:
+def rendered(
+    seen: Observations, room: render.Room, indirect: Indirect, seed: int, spent: list[float]
+) -> Localization:
     """Rounds of search and rendering; ``spent`` gets the seconds of each rendering."""
-    H = render.interreflected(room, seen, spp=RENDERED, seed=seed)
 
-    def indirect(positions: ArrayLike) -> tuple[NDArray, NDArray]:
+    def timed(positions: NDArray) -> tuple[NDArray, NDArray]:
         clock = time.perf_counter()
-        columns = H(positions)
+        columns = indirect(positions)
         spent.append(time.perf_counter() - clock)
         return columns
 
-    return localize(seen, room.geometry, indirect=indirect, seed=seed)
-
-
-@cache
-def lit(kind: str, number: int) -> render.Room:
-    """A standard room with random lights of its own.
-
-    They keep `CLEARANCE` from all surfaces and each other, and none is inside anything.
-    """
-    name, parameters = ROOMS[kind]
-    room = render.load(name, **parameters)
-    count = number % MOST + 1
-    rng = np.random.default_rng([SEED, list(ROOMS).index(kind), number])
-    low, high = room.bounds
-    apart = CLEARANCE * float((high - low).max())
-    surface = cKDTree(_surface(room))
-    probes = render.observe(room, points=PROBES, seed=SEED, transport="direct")
-    places = np.zeros((0, 3))
-    while len(places) < count:
-        p = rng.uniform(low, high)
-        if surface.query(p)[0] < apart or (np.linalg.norm(places - p, axis=1) < apart).any():
-            continue
-        if (shading(probes, p[None], room.geometry) > 0).mean() > REACHED:
-            places = np.append(places, p[None], axis=0)
-    return render.relight(room, PointLights(places, rng.uniform(*BRIGHT, count)))
-
-
-def _surface(room: render.Room) -> NDArray[np.float64]:
-    """Points on all surfaces by area, and all vertices."""
-    vertices, faces = render.triangles(room)
-    a, b, c = vertices[faces].swapaxes(0, 1)
-    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    rng = np.random.default_rng(SEED)
-    which = rng.choice(len(faces), SURFACE, p=area / area.sum())
-    u, v = rng.random((2, SURFACE, 1))
-    u, v = np.where(u + v > 1, 1 - u, u), np.where(u + v > 1, 1 - v, v)
-    inside = a[which] + u * (b - a)[which] + v * (c - a)[which]
-    return np.concatenate([vertices, inside])
+    return localize(seen, room.geometry, indirect=timed, seed=seed)
 
 
 def _is_solved(judged: Comparison) -> bool:
     near = judged.count_right and not judged.missed and not judged.ghosts
     position, intensity = judged.worst_position_percent, judged.worst_intensity_percent
-    return near and (position or 0.0) <= POSITION and (intensity or 0.0) <= INTENSITY
+    return (
+        near and (position or 0) <= 100 * SOLVED.position and (intensity or 0) <= SOLVED.intensity
+    )
 
 
 def _record(
@@ -155,6 +108,7 @@ def _record(
     seconds: float,
     spent: Sequence[float] = (),
     plain: Localization | None = None,
+    at_best: float = 1.0,
 ) -> RoomTrial:
     judged = compare(answer.lights, room.lights, room.diagonal)
     first = compare(plain.lights, room.lights, room.diagonal) if plain else None
@@ -174,6 +128,7 @@ def _record(
         seconds=round(seconds, 3),
         rendering=round(sum(spent), 3),
         turns=len(spent),
+        ceiling=at_best,
         footnote_solved=_is_solved(first) if first else None,
         footnote_position=first.worst_position_percent if first else None,
         footnote_intensity=first.worst_intensity_percent if first else None,
@@ -222,6 +177,7 @@ STUDY = Study(
     one=one,  # type: ignore[arg-type]  # a record of its own
     measures=(
         Measure("Solved", "count, positions and intensities are right", share(solved), GOALS),
+        Measure("Ceiling", "mean probability of that for errors at the Cramér-Rao bound", ceiling),
         Measure(
             "Footnote 1",
             "the same where indirect light is only removed with the observations themselves",
