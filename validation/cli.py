@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from validation.figures.command import figures_command
-from validation.outputs import parameters, ready, sentence, writable
+from validation.localize_command import localize_command
+from validation.outputs import SEED, SET, parameters, ready, sentence, writable
 from validation.studies.command import study_command
 from validation.table1.command import table1_command
 
@@ -34,17 +35,7 @@ class Transport(StrEnum):
     full = "full"
 
 
-class Method(StrEnum):
-    search = "search"
-    paper = "paper"
-
-
 SCENE = Annotated[str, typer.Argument(help="A Mitsuba XML file, or the name of a standard scene.")]
-SET = Annotated[
-    list[str], typer.Option("--set", help="A value for a scene parameter, as alpha=0.2.")
-]
-
-SEED = Annotated[int, typer.Option(min=0, help="Of everything random: same seed, same bytes.")]
 
 
 @app.callback()
@@ -103,47 +94,7 @@ def render_command(
     print(f"{out}: {len(seen)} observations of {room.name}, {seen.channels} channel(s)")
 
 
-@app.command("localize")
-def localize_command(
-    observations: Annotated[Path, typer.Argument(help="What `lightloc render` wrote, or an EXR.")],
-    scene: Annotated[
-        str | None, typer.Option(help="The scene, for its geometry; nothing occludes without it.")
-    ] = None,
-    out: Annotated[Path, typer.Option("--out", "-o", help="Found lights, JSON.")] = Path(
-        "lights.json"
-    ),
-    method: Annotated[Method, typer.Option(help="Ours, or the paper's as published.")] = (
-        Method.search
-    ),
-    set_: SET = [],  # noqa: B006
-    seed: SEED = 0,
-) -> None:
-    """Find the lights that explain the observations.
-
-    Example: lightloc localize seen.npz --scene box_occluder -o found.json
-    """
-    writable(out)
-    from validation.progress import Bar
-
-    with Bar("searching") as bar:
-        import render
-        from lightloc import Observations, localize
-
-        room = render.load(scene, **parameters(set_)) if scene else None
-        if observations.suffix.lower() == ".exr":
-            seen = render.observe_view(observations, room)
-        else:
-            seen = Observations.load(observations)
-            seen = render.attach(seen, room) if room else seen
-        found = localize(
-            seen,
-            room.geometry if room else None,
-            method=method.value,
-            seed=seed,
-            watch=lambda step: bar.say(f"{step.lights} lights, chi-square {step.chi2:.3g}"),
-        )
-        found.lights.save(ready(out))
-    print(found)
+app.command("localize")(localize_command)
 
 
 @app.command("compare")

@@ -1,9 +1,18 @@
-"""What the commands share: settings read, outputs checked before any work, errors said."""
+"""What the commands share: options, outputs checked before any work, errors said."""
 
 from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import Annotated
+
+import typer
+
+SET = Annotated[
+    list[str], typer.Option("--set", help="A value for a scene parameter, as alpha=0.2.")
+]
+
+SEED = Annotated[int, typer.Option(min=0, help="Of everything random: same seed, same bytes.")]
 
 
 def parameters(settings: list[str]) -> dict[str, str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import struct
@@ -15,6 +16,7 @@ import pytest
 
 import lightloc
 import render
+from lightloc import PointLights
 
 LIGHTLOC = Path(sys.executable).with_name("lightloc")
 ROOM = render.room.find("box_one").read_text()
@@ -408,3 +410,55 @@ def test_round_trip(tmp_path):
         assert not done.stderr
     files = sorted(str(file.relative_to(tmp_path)) for file in contents(tmp_path))
     assert files == ["found.json", "new", "new/seen.npz"]
+
+
+def test_the_answer_is_written_with_its_errors(tmp_path):
+    """The file has each light's errors and the verdicts, and `compare` reads it."""
+    room = render.relight(
+        render.load("box_two"), PointLights([[1.0, 1.0, 1.5], [1.05, 1.0, 1.5]], [9.0, 9.0])
+    )
+    render.observe(room, points=300, seed=0, transport="direct", noise=0.02).save(
+        tmp_path / "s.npz"
+    )
+    done = lightloc_command("localize", "s.npz", "--scene", "box_two", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    answer = json.loads((tmp_path / "lights.json").read_text())
+    lights = PointLights.load(tmp_path / "lights.json")
+    assert len(answer["lights"]) == len(lights) > 0
+    for light in answer["lights"]:
+        assert len(light["position_error"]) == 3
+        assert min(light["position_error"]) > 0
+        assert light["intensity_error"][0] > 0
+        assert light["bound"][0] > 0
+    assert "CLUSTER" in {verdict["kind"] for verdict in answer["verdicts"]}
+    assert answer["reason"] in lightloc.Reason.__members__
+    assert 0 < answer["chi2"] < 2
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--rendered", "64"), ("--rendered", "--scene")),
+        (("--method", "paper", "--ambient"), ("--method paper", "--ambient")),
+        (("--method", "paper", "--noise", "estimate"), ("--method paper", "--noise")),
+        (("--rendered", "-1"), ("--rendered", "greater than or equal to 0")),
+        (("--noise", "maybe"), ("--noise", "maybe", "estimate")),
+    ],
+)
+def test_options_that_do_not_go_together_are_refused(options, said, arrays, tmp_path):
+    np.savez(tmp_path / "seen.npz", **arrays)
+    assert_refused(tmp_path, ("localize", "seen.npz", *options), *said)
+
+
+def test_rendered_indirect_light(tmp_path):
+    """Among metal walls, rendering what was found brings every intensity to within 4 %."""
+    metal = ("--set", "alpha=0.3")
+    scene = ("--scene", "box_conductor", *metal)
+    steps = (
+        ("render", "box_conductor", *metal, "--points", "1000", "-o", "s.npz"),
+        ("localize", "s.npz", *scene, "--rendered", "256", "-o", "found.json"),
+        ("compare", "found.json", "box_conductor", *metal, "--within", "1.5", "--intensity", "4"),
+    )
+    for arguments in steps:
+        done = lightloc_command(*arguments, cwd=tmp_path)
+        assert done.returncode == 0, (arguments, done.stdout, done.stderr)

@@ -1,0 +1,137 @@
+"""`lightloc localize`: from observations to lights, with their errors and what can't be told."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from validation.outputs import SEED, SET, parameters, ready, writable
+
+if TYPE_CHECKING:
+    from lightloc import Localization, Observations, Options, Paper
+    from lightloc.rounds import Indirect
+    from render import Room
+
+
+class Method(StrEnum):
+    search = "search"
+    paper = "paper"
+
+
+class Noise(StrEnum):
+    given = "given"
+    estimate = "estimate"
+
+
+def localize_command(
+    observations: Annotated[Path, typer.Argument(help="What `lightloc render` wrote, or an EXR.")],
+    scene: Annotated[
+        str | None, typer.Option(help="The scene, for its geometry; nothing occludes without it.")
+    ] = None,
+    out: Annotated[Path, typer.Option("--out", "-o", help="Found lights, JSON.")] = Path(
+        "lights.json"
+    ),
+    method: Annotated[Method, typer.Option(help="Ours, or the paper's as published.")] = (
+        Method.search
+    ),
+    rendered: Annotated[
+        int,
+        typer.Option(
+            min=0,
+            help="Samples a light, to render the indirect light of what is found (needs --scene); "
+            "0: remove it with the observations themselves, which asks for a largely diffuse room.",
+        ),
+    ] = 0,
+    ambient: Annotated[bool, typer.Option(help="Fit a constant ambient term too.")] = False,
+    noise: Annotated[
+        Noise, typer.Option(help="Take sigma as given, or estimate it from what is left.")
+    ] = Noise.given,
+    set_: SET = [],  # noqa: B006
+    seed: SEED = 0,
+) -> None:
+    """Find the lights that explain the observations.
+
+    Example: lightloc localize seen.npz --scene box_occluder -o found.json
+    """
+    writable(out)
+    if rendered and not scene:
+        raise ValueError("--rendered: needs --scene, the room that is rendered")
+    if method is Method.paper and (rendered or ambient or noise is Noise.estimate):
+        raise ValueError("--method paper: has no --rendered, --ambient or --noise estimate")
+    from validation.progress import Bar
+
+    with Bar("searching") as bar:
+        import render
+        from lightloc import Observations, localize
+
+        room = render.load(scene, **parameters(set_)) if scene else None
+        if observations.suffix.lower() == ".exr":
+            seen = render.observe_view(observations, room)
+        else:
+            seen = Observations.load(observations)
+            seen = render.attach(seen, room) if room else seen
+        found = localize(
+            seen,
+            room.geometry if room else None,
+            method=method.value,
+            options=_options(method, ambient, noise),
+            indirect=_indirect(room, seen, rendered, seed),
+            seed=seed,
+            watch=lambda step: bar.say(f"{step.lights} lights, chi-square {step.chi2:.3g}"),
+        )
+        save(found, ready(out))
+    print(found)
+
+
+def save(found: Localization, path: Path) -> None:
+    """Write the answer as JSON, which `PointLights.load` reads too; null where nothing is known."""
+    rows = zip(
+        found.lights.positions,
+        found.lights.intensities,
+        found.position_error,
+        found.intensity_error,
+        found.bound,
+        strict=True,
+    )
+    names = ("position", "intensity", "position_error", "intensity_error", "bound")
+    answer = {
+        "lights": [dict(zip(names, map(_known, row), strict=True)) for row in rows],
+        "reason": found.reason.name,
+        "verdicts": [
+            {"kind": v.kind.name, "lights": v.lights, "sentence": v.sentence}
+            for v in found.verdicts
+        ],
+        "chi2": _known(found.chi2),
+        "certificate": _known(found.certificate),
+        "ambient": _known(found.ambient),
+    }
+    part = path.with_name(path.name + ".part")
+    part.write_text(json.dumps(answer, indent=1, allow_nan=False) + "\n")
+    os.replace(part, path)
+
+
+def _known(value: Any) -> Any:
+    """Numbers as JSON has them: no infinity, and nothing that is no number."""
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, list):
+        return [_known(v) for v in value]
+    return value if math.isfinite(value) else None
+
+
+def _options(method: Method, ambient: bool, noise: Noise) -> Options | Paper | None:
+    from lightloc import Options
+
+    return Options(ambient=ambient, noise=noise.value) if method is Method.search else None
+
+
+def _indirect(room: Room | None, seen: Observations, spp: int, seed: int) -> Indirect | None:
+    import render
+
+    return render.interreflected(room, seen, spp=spp, seed=seed) if room and spp else None
