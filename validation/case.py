@@ -26,7 +26,7 @@ from validation.sphere import judge_sphere
 from validation.suite import SCHEMA, Case, fingerprint, write_json
 
 RERENDER_SPP = 256  # its noise is known and counted
-OTHER_SEED = 7919
+OTHER_SEED, THIRD_SEED = 7919, 15_838
 ROUNDING = 1e-5  # of the mean radiance: the error of an exact B, for z-scores of a re-render
 
 
@@ -41,7 +41,10 @@ def run_case(case: Case, folder: Path, command: str) -> dict[str, Any]:
     seen = observe(case, room, case.seed)
     seen.save(folder / "observations.npz")
     clock.lap("observe")
-    found = localize(seen, room.geometry, seed=case.seed)
+    indirect = None
+    if case.rendered:
+        indirect = render.interreflected(room, seen, spp=case.rendered, seed=case.seed + THIRD_SEED)
+    found = localize(seen, room.geometry, indirect=indirect, seed=case.seed)
     clock.lap("localize")
     verdict = compare(found.lights, room.lights, room.diagonal)
     again = rerender(case, room, seen, found.lights)
@@ -61,7 +64,7 @@ def run_case(case: Case, folder: Path, command: str) -> dict[str, Any]:
         **case.model_dump(
             include={
                 *("name", "scene", "claim", "brdf", "transport", "noise", "gated"),
-                *("points", "spp", "seed", "parameters"),
+                *("points", "spp", "rendered", "seed", "parameters"),
             }
         ),
         "alpha": case.alpha,

@@ -28,7 +28,8 @@ THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 class Case(BaseModel):
     """One row: a scene, how it is observed, what must come out and how near.
 
-    ``lights``, rows of [x, y, z, intensity], take the place of the scene's own where given.
+    ``lights``, rows of [x, y, z, intensity], take the place of the scene's own where given. With
+    ``rendered``, the indirect light of what is found is rendered.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -43,6 +44,7 @@ class Case(BaseModel):
     noise: float = Field(0.0, ge=0, lt=1)
     points: int = Field(4096, ge=1, le=200_000)
     spp: int = Field(256, ge=2, le=65_536)
+    rendered: int = Field(0, ge=0, le=65_536)  # samples a light; 0: footnote 1 alone
     seed: int = Field(0, ge=0)
     gated: bool = True
     closed_form: bool = False  # also judge B itself, in the integrating sphere

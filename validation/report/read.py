@@ -164,6 +164,7 @@ class Result(Part):
     why: list[str] = Field(default_factory=list)
     points: int | None = None
     spp: int | None = None
+    rendered: int = 0
     seed: int | None = None
     parameters: dict[str, Any] = Field(default_factory=dict)
     limits: Limits | None = None

@@ -16,7 +16,7 @@ COLUMNS = (
     *("name", "scene", "brdf", "alpha", "transport", "noise", "gated", "outcome"),
     *("count_true", "count_found", "precision", "recall"),
     *("worst_position_percent", "worst_intensity_percent", "z_mean", "z_std", "relative_rms"),
-    *("reason", "chi2_per_dof", "certificate", "points", "spp", "seed"),
+    *("reason", "chi2_per_dof", "certificate", "points", "spp", "rendered", "seed"),
     *("seconds", "peak_mb", "diagonal", "why", "claim", "command", "date", "commit"),
 )
 
