@@ -13,13 +13,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cholesky, eigh, solve_triangular
-from scipy.optimize import nnls
 
 from lightloc.certainty import Bound, jacobian
 from lightloc.lights import PointLights
 from lightloc.observations import Observations
 from lightloc.shading import shading
-from lightloc.solve import Problem, robust
+from lightloc.solve import Problem, nonnegative, robust
 
 REFITS = 4
 """The error of the rendering and the weights depend on the intensities: settled after three."""
@@ -101,7 +100,7 @@ class Split:
                 M = without_noise(A.T @ A, self.noise(sigma, weight)[lit, c])
                 root = cholesky(M, lower=True)
                 I[:, c] = 0.0
-                I[lit, c] = nnls(root.T, solve_triangular(root, A.T @ b, lower=True))[0]
+                I[lit, c] = nonnegative(root.T, solve_triangular(root, A.T @ b, lower=True))
             weight = self.weight(self.residual(I))
         return I
 

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import nnls
+from scipy.optimize import lsq_linear, nnls
 
 from lightloc.geometry import Geometry
 from lightloc.lights import PointLights
@@ -151,8 +151,20 @@ def whitened(problem: Problem, positions: NDArray) -> NDArray[np.float64]:
 def amounts(problem: Problem, positions: NDArray) -> NDArray[np.float64]:
     """Non-negative least squares for what is linear: (k or k + 1, c) of `whitened`'s columns."""
     A, b = whitened(problem, positions), problem.radiance / problem.sigma
-    channels = [nnls(A[:, :, c], b[:, c])[0] for c in range(b.shape[1])]
+    channels = [nonnegative(A[:, :, c], b[:, c]) for c in range(b.shape[1])]
     return np.stack(channels, axis=1)
+
+
+def nonnegative(A: NDArray, b: NDArray) -> NDArray[np.float64]:
+    """The x >= 0 of least |A x - b|.
+
+    Where two dozen columns are nearly alike, the active set may go round in circles; an interior
+    method then comes near enough.
+    """
+    try:
+        return nnls(A, b)[0]
+    except RuntimeError:
+        return lsq_linear(A, b, bounds=(0, np.inf), method="trf").x
 
 
 def intensities(problem: Problem, positions: NDArray) -> NDArray[np.float64]:

@@ -11,7 +11,7 @@ from lightloc import Lambert, Observations, Options, PointLights, radiance, shad
 from lightloc.certainty import covariance, jacobian
 from lightloc.moves import start_at
 from lightloc.polish import prune, sharpened
-from lightloc.solve import Fit, Problem, intensities, no_lights, residuals
+from lightloc.solve import Fit, Problem, intensities, no_lights, nonnegative, residuals
 
 LIGHTS = PointLights([[0.4, -0.3, 0.9], [-1.0, 0.9, 0.2]], [5.0, 2.0])
 BOUNDS = np.array([[-1.9, -1.9, -1.9], [1.9, 1.9, 1.9]])
@@ -207,3 +207,20 @@ def test_no_lights(room):
     assert isinstance(fit, Fit)
     assert len(fit) == 0
     np.testing.assert_array_equal(fit.residual, problem.radiance / problem.sigma)
+
+
+def test_least_squares_where_the_active_set_goes_in_circles(room, monkeypatch):
+    """What steps in for it reaches the same least squares."""
+    problem = posed(room, LIGHTS)
+    places = np.concatenate([LIGHTS.positions, [[0.1, 0.2, -1.0]], LIGHTS.positions + 1e-3])
+    A, b = shading(room, places)[:, :, 0], problem.radiance[:, 0]
+    best, left = nnls(A, b)
+
+    def circles(A, b):
+        raise RuntimeError("Maximum number of iterations reached.")
+
+    monkeypatch.setattr("lightloc.solve.nnls", circles)
+    found = nonnegative(A, b)
+    assert (found >= 0).all()
+    assert np.linalg.norm(A @ found - b) < left + 1e-6 * np.linalg.norm(b)
+    assert not np.array_equal(found, best)
