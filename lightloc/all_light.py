@@ -179,10 +179,7 @@ def newton(split: Split, lights: PointLights, problem: Problem) -> tuple[NDArray
     g = np.einsum("cnu,nc->u", weighed, z) + np.diag(G - M) * theta
     inverse = np.linalg.inv(M)
     spread = inverse @ G @ inverse
-    error = np.sqrt(np.diag(spread))
-    position = np.zeros((len(I), 3))
-    position[:, problem.axes] = error[:first].reshape(len(I), -1)
-    return inverse @ g, Bound(position, error[first:].reshape(I.shape), spread)
+    return inverse @ g, Bound.of(spread, problem.axes, *I.shape)
 
 
 def moved(lights: PointLights, step: NDArray, problem: Problem) -> PointLights:

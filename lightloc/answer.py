@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from lightloc.candidates import MARGIN
 from lightloc.certainty import Bound, bound_at, inseparable, resolution
+from lightloc.extended import Extended, extended
 from lightloc.fields import intensity_distance
 from lightloc.noise import level_of
 from lightloc.observations import Observations
@@ -25,6 +26,7 @@ from lightloc.verdicts import (
     clusters,
     hidden,
     mirrored,
+    spread_out,
     too_few,
     uncertain,
     unexplained,
@@ -33,13 +35,19 @@ from lightloc.verdicts import (
 
 def answer(q: Observations, problem: Problem, fit: Fit, o: Options, search: Search) -> Localization:
     """How sure the lights are, what cannot be told, and why the search stopped."""
-    lights = fit.lights.brightest_first()
+    wide = extended(problem, fit, o)
+    if wide is None:
+        fit = Fit(fit.lights.brightest_first(), fit.residual, fit.cost)
+        none = np.zeros(len(fit))
+        wide = Extended(fit, none, bound_at(problem, fit.lights), fit.lights)
+    fit, lights = wide.fit, wide.fit.lights
     level = max(1.0, level_of(fit.residual)) if len(lights) else 1.0
-    peak, _ = search.certificate(problem, fit)
+    peak, _ = search.certificate(problem, Fit(wide.points, fit.residual, fit.cost))
     verdicts = [
         *too_few(problem, lights),
         *mirrored(problem, lights, level, o),
         *hidden(search.dictionary, problem.geometry, problem.axes),
+        *spread_out(wide.width),
     ]
     if not len(lights):
         few = any(verdict.kind is Kind.TOO_FEW for verdict in verdicts)
@@ -48,16 +56,17 @@ def answer(q: Observations, problem: Problem, fit: Fit, o: Options, search: Sear
         reason = Reason.MOST_LIGHTS if len(lights) >= o.most_lights else Reason.NO_GAIN
         verdicts.insert(0, unexplained(fit, problem))
     else:
-        reason = Reason.CONVERGED
+        reason = Reason.EXTENDED if wide.width.any() else Reason.CONVERGED
     found = localization(
         q,
         problem,
-        Fit(lights, fit.residual, fit.cost),
+        fit,
         o,
         reason,
         search.history,
-        bound=bound_at(problem, lights),
-        resolution=resolution(problem, lights),
+        bound=wide.bound,
+        resolution=np.where(wide.width > 0, np.nan, resolution(problem, lights)),
+        width=wide.width,
         certificate=peak,
         verdicts=tuple(verdicts),
     )
@@ -89,6 +98,7 @@ def localization(
     history: Sequence[Step],
     bound: Bound,
     resolution: NDArray[np.float64] | None = None,
+    width: NDArray[np.float64] | None = None,
     certificate: float = np.nan,
     verdicts: tuple[Verdict, ...] = (),
 ) -> Localization:
@@ -109,6 +119,7 @@ def localization(
         sigma=problem.sigma,
         inseparable=inseparable(lights, bound.position),
         resolution=np.full(len(lights), np.nan) if resolution is None else resolution,
+        width=np.zeros(len(lights)) if width is None else width,
         certificate=certificate,
         ambient=ambient,
         verdicts=verdicts,

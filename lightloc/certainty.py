@@ -41,6 +41,15 @@ class Bound:
     intensity: NDArray[np.float64]
     covariance: NDArray[np.float64]
 
+    @staticmethod
+    def of(covariance: NDArray[np.float64], axes: NDArray[np.intp], k: int, c: int) -> Bound:
+        """Those of k lights of c channels that may move along ``axes``."""
+        error = np.sqrt(np.maximum(np.diag(covariance), 0))
+        first = k * len(axes)
+        position = np.zeros((k, 3))
+        position[:, axes] = error[:first].reshape(k, len(axes))
+        return Bound(position, error[first:].reshape(k, c), covariance)
+
 
 def cramer_rao(q: Observations, lights: PointLights, geometry: Geometry | None = None) -> Bound:
     """The Cramér-Rao bound at ``lights``, from the observations' sigma.
@@ -69,12 +78,8 @@ def bound_at(
     problem: Problem, lights: PointLights, around: NDArray[np.float64] | None = None
 ) -> Bound:
     """`cramer_rao` of a problem; ``around`` as in `jacobian`."""
-    k, d = len(lights), len(problem.axes)
     spread = covariance(problem, lights, around)
-    errors = np.sqrt(np.maximum(np.diag(spread), 0))
-    position = np.zeros((k, 3))
-    position[:, problem.axes] = errors[: k * d].reshape(k, d)
-    return Bound(position, errors[k * d :].reshape(k, lights.channels), spread)
+    return Bound.of(spread, problem.axes, *lights.intensities.shape)
 
 
 def jacobian(
@@ -111,7 +116,11 @@ def covariance(
     if not len(lights):
         return np.zeros((0, 0))
     J = jacobian(problem, lights, around)
-    J = J.reshape(-1, J.shape[2])
+    return covariance_of(J.reshape(-1, J.shape[2]))
+
+
+def covariance_of(J: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Covariance of the unknowns of a whitened Jacobian (rows, unknowns), from its SVD."""
     size = np.linalg.norm(J, axis=0)
     size[size == 0] = 1.0
     lacking = max(0, J.shape[1] - len(J))  # rows of zeros, where there are more parameters

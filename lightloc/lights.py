@@ -57,10 +57,14 @@ class PointLights:
     def channels(self) -> int:
         return self.intensities.shape[1]
 
+    @property
+    def order(self) -> NDArray[np.intp]:
+        """(k,) indices in falling order of the mean intensity."""
+        return np.argsort(-self.intensities.mean(axis=1), kind="stable")
+
     def brightest_first(self) -> PointLights:
         """The same lights in falling order of their mean intensity."""
-        order = np.argsort(-self.intensities.mean(axis=1), kind="stable")
-        return PointLights(self.positions[order], self.intensities[order])
+        return PointLights(self.positions[self.order], self.intensities[self.order])
 
     def save(self, path: str | Path) -> None:
         """Write JSON: ``{"lights": [{"position": [x, y, z], "intensity": [...]}, ...]}``."""

@@ -17,6 +17,7 @@ class Reason(Enum):
 
     CONVERGED = "The lights explain every observation to within its error."
     UNDECIDED = "What was found explains every observation, but the data can't decide all of it."
+    EXTENDED = "Point lights do not explain the data: a light is wide, or several close together."
     NO_GAIN = "The model does not explain the data: a residual is left that no light lowers."
     MOST_LIGHTS = "The largest number of lights allowed was reached, and a residual is left."
     DARK = "Nothing is lit: no light explains these observations better than darkness."
@@ -48,7 +49,10 @@ class Localization:
         sigma: (n, c) the standard errors used, with those of the removal.
         inseparable: pairs of lights that the data can't tell apart.
         resolution: (k,) metres; two lights nearer to each other than that would look like this
-            one. NaN where it was not asked.
+            one. NaN where it was not asked, and for a light that has a width.
+        width: (k,) metres; 0 for a point. Where the data show a light of some width, or several so
+            close together that they can't be told from one: two equal points so far apart look
+            the same. The residual is that of lights so wide.
         certificate: the largest normalized correlation of the residual with a further light
             anywhere in the region, in standard errors: about 4 by chance alone. NaN where it was
             not asked.
@@ -70,6 +74,7 @@ class Localization:
     sigma: NDArray[np.float64]
     inseparable: tuple[tuple[int, int], ...]
     resolution: NDArray[np.float64]
+    width: NDArray[np.float64]
     certificate: float
     ambient: NDArray[np.float64]
     verdicts: tuple[Verdict, ...]

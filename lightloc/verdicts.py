@@ -35,6 +35,7 @@ class Kind(Enum):
     UNEXPLAINED = "the model does not explain the data"
     UNCERTAIN = "a position or an intensity is known too badly"
     CLUSTER = "what was found as one light may be several, or several may be one"
+    EXTENDED = "a light is wide, or several close together"
     MIRROR = "the mirror image of a light would look the same"
     HIDDEN = "a light in some part of the region would reach no observation"
 
@@ -105,6 +106,19 @@ def clusters(
             said = f"Light {i} may be several lights, up to {_length(apart)} apart."
             found.append(Verdict(Kind.CLUSTER, (i,), said))
     return found
+
+
+def spread_out(width: NDArray) -> list[Verdict]:
+    """Lights that have a width."""
+    return [
+        Verdict(
+            Kind.EXTENDED,
+            (int(i),),
+            f"Light {i} is no point: it is wide, or several lights close together. Two points "
+            f"{_length(width[i])} apart look like it.",
+        )
+        for i in np.flatnonzero(width)
+    ]
 
 
 def mirrored(problem: Problem, lights: PointLights, level: float, o: Options) -> list[Verdict]:

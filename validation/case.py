@@ -180,6 +180,7 @@ def _found(found: Localization) -> list[dict[str, Any]]:
             "intensity_error": _finite(found.intensity_error[i]),
             "bound": _finite(found.bound[i]),
             "resolution": _finite(found.resolution[i : i + 1])[0],
+            "width": float(found.width[i]),
         }
         for i, light in enumerate(_true(found.lights))
     ]

@@ -97,9 +97,10 @@ def save(found: Localization, path: Path) -> None:
         found.position_error,
         found.intensity_error,
         found.bound,
+        found.width,
         strict=True,
     )
-    names = ("position", "intensity", "position_error", "intensity_error", "bound")
+    names = ("position", "intensity", "position_error", "intensity_error", "bound", "width")
     answer = {
         "lights": [dict(zip(names, map(_known, row), strict=True)) for row in rows],
         "reason": found.reason.name,

@@ -22,7 +22,7 @@ from validation.suite import Case, read_suite, run
 
 LIGHTLOC = Path(sys.executable).with_name("lightloc")
 TRUE = {"position", "intensity"}
-FOUND = {"position_error", "intensity_error", "bound", "resolution"}
+FOUND = {"position_error", "intensity_error", "bound", "resolution", "width"}
 
 TINY = """
 name = "tiny"

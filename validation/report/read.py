@@ -48,6 +48,7 @@ class FoundLight(TrueLight):
     intensity_error: Reals = Field(default_factory=list)
     bound: Reals = Field(default_factory=list)
     resolution: Real = None
+    width: Real = None
 
 
 class Lights(Part):

@@ -33,7 +33,8 @@ WRONG = [row for row in wrong_models.MODELS if row != "right"]
 
 def noticed(record: Fields) -> bool:
     """Whether the answer says that the model does not explain the data."""
-    return record["reason"] == "NO_GAIN" or "UNEXPLAINED" in record["verdicts"]
+    named = {"UNEXPLAINED", "EXTENDED"}.intersection(record["verdicts"])
+    return record["reason"] == "NO_GAIN" or bool(named)
 
 
 def doubt(record: Fields) -> str | None:
