@@ -35,14 +35,15 @@ from lightloc.verdicts import (
 
 def answer(q: Observations, problem: Problem, fit: Fit, o: Options, search: Search) -> Localization:
     """How sure the lights are, what cannot be told, and why the search stopped."""
-    wide = extended(problem, fit, o)
+    wide = None if o.rough else extended(problem, fit, o)
+    left = Fit(wide.points, wide.fit.residual, wide.fit.cost) if wide else fit
+    peak = np.nan if o.rough else search.certificate(problem, left)[0]
     if wide is None:
         fit = Fit(fit.lights.brightest_first(), fit.residual, fit.cost)
-        none = np.zeros(len(fit))
-        wide = Extended(fit, none, bound_at(problem, fit.lights), fit.lights)
+        points = np.zeros(len(fit))
+        wide = Extended(fit, points, bound_at(problem, fit.lights), fit.lights)
     fit, lights = wide.fit, wide.fit.lights
     level = max(1.0, level_of(fit.residual)) if len(lights) else 1.0
-    peak, _ = search.certificate(problem, Fit(wide.points, fit.residual, fit.cost))
     verdicts = [
         *too_few(problem, lights),
         *mirrored(problem, lights, level, o),

@@ -46,9 +46,9 @@ class Dictionary:
     def energies(self) -> NDArray[np.float32]:
         return np.square(self.atoms)
 
-    def gains(self, residual: NDArray, columns: NDArray, weight: NDArray) -> NDArray[np.float64]:
+    def gains(self, left: Left) -> NDArray[np.float64]:
         """`gains_of` this grid's atoms."""
-        return gains_of(self.atoms, self.energies, self.cap, residual, columns, weight)
+        return gains_of(self.atoms, self.energies, self.cap, left)
 
     def peaks(self, gains: NDArray, most: int) -> NDArray[np.intp]:
         """The ``most`` highest local maxima of the gains, best first: rows of ``points``."""
@@ -70,22 +70,40 @@ def caps(problem: Problem, atoms: NDArray) -> NDArray[np.float64]:
         return np.stack([(B / a).min(axis=1) for B, a in zip(top, atoms, strict=True)], axis=1)
 
 
-def gains_of(
-    atoms: NDArray,
-    energies: NDArray,
-    cap: NDArray,
-    residual: NDArray,
-    columns: NDArray,
-    weight: NDArray,
-) -> NDArray[np.float64]:
+@dataclass(frozen=True, eq=False)
+class Left:
+    """What is left for one more light, once those that are there have adapted to it.
+
+    Args:
+        residual: (c, n) in standard errors, without what the others can take up, times weight.
+        weight: (c, n) in 0..1, the weight that a robust loss gives each residual.
+        basis: for each channel (n, u): what the others span, times the root of the weight.
+    """
+
+    residual: NDArray[np.float32]
+    weight: NDArray[np.float32]
+    basis: tuple[NDArray[np.float32], ...]
+
+    @staticmethod
+    def beside(columns: NDArray, residual: NDArray, weight: NDArray) -> Left:
+        """From what is refitted with it, (n, k, c), the residual and its weight, each (n, c)."""
+        left, spans = [], []
+        for c, (z, w) in enumerate(zip(residual.T, weight.T, strict=True)):
+            root = np.sqrt(w)
+            present = columns[:, (columns[:, :, c] != 0).any(axis=0), c] * root[:, None]
+            basis, _ = np.linalg.qr(present)
+            left.append((z * root - basis @ (basis.T @ (z * root))) * root)
+            spans.append((basis * root[:, None]).astype(np.float32))
+        return Left(np.array(left, np.float32), weight.T.astype(np.float32), tuple(spans))
+
+
+def gains_of(atoms: NDArray, energies: NDArray, cap: NDArray, left: Left) -> NDArray[np.float64]:
     """How much chi-square one more light would gain at each position, all others refitted.
 
     Args:
         atoms, energies: (c, g, n) S / sigma and its square.
         cap: (g, c) the brightest that a light can be.
-        residual: (n, c) in standard errors.
-        columns: (n, k, c) whatever is refitted with it: the present lights' S / sigma.
-        weight: (n, c) in 0..1, the weight that a robust loss gives each residual.
+        left: what is left to explain.
 
     Returns (g,): the sum over channels of 2 a I - b I^2 at I = min(a / b, D), where a > 0 is the
     correlation with the residual and b what is left of the atom's energy beside the present
@@ -93,16 +111,11 @@ def gains_of(
     """
     total = np.zeros(atoms.shape[1])
     for c in range(len(atoms)):
-        root = np.sqrt(weight[:, c])
-        present = columns[:, (columns[:, :, c] != 0).any(axis=0), c] * root[:, None]
-        basis, _ = np.linalg.qr(present)
-        z = residual[:, c] * root
-        z = (z - basis @ (basis.T @ z)) * root
-        a = atoms[c] @ z.astype(np.float32)
-        b = energies[c] @ weight[:, c].astype(np.float32)
+        a = atoms[c] @ left.residual[c]
+        b = energies[c] @ left.weight[c]
         floor = ENERGY_LEFT * b
-        if present.shape[1]:
-            b = b - np.square(atoms[c] @ (basis * root[:, None]).astype(np.float32)).sum(axis=1)
+        if left.basis[c].shape[1]:
+            b = b - np.square(atoms[c] @ left.basis[c]).sum(axis=1)
         good = (a > 0) & (b > floor) & (floor > 0)
         a, b = np.where(good, a, 0.0), np.where(good, b, 1.0)
         I = np.minimum(a / b, cap[:, c])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from lightloc.candidates import Dictionary
+from lightloc.candidates import Dictionary, Left
 from lightloc.certainty import jacobian
 from lightloc.lights import PointLights
 from lightloc.moves import zoomed
@@ -35,24 +35,21 @@ def certificate(
 
     Returns standard errors (over several channels, the root of the sum of squares), and p.
     """
-    tangent = [_tangent(p, lights) for p in (sampled, problem)]
-    z = residuals(sampled, lights)
-    weight = 1 / (1 + np.square(z / o.outlier))
-    gains = dictionary.gains(z, tangent[0], weight)
-    z = residuals(problem, lights)
-    weight = 1 / (1 + np.square(z / o.outlier))
+    gains = dictionary.gains(_left(sampled, lights, o))
+    left = _left(problem, lights, o)
     best, where = 0.0, dictionary.points[0]
     for peak in dictionary.peaks(gains, PEAKS):
-        p, reach = dictionary.points[peak], dictionary.grid.step
-        p, gain = zoomed(problem, p, reach, z, tangent[1], weight, o)
+        p, gain = zoomed(problem, dictionary.points[peak], dictionary.grid.step, left, o)
         if gain > best:
             best, where = gain, p
     return float(np.sqrt(best)), where
 
 
-def _tangent(problem: Problem, lights: PointLights) -> NDArray:
-    """What the fit has adapted to: (n, k d + ..., c)."""
-    if not len(lights):
-        return whitened(problem, lights.positions)
-    J = jacobian(problem, lights).transpose(1, 2, 0)
-    return np.concatenate([J, whitened(problem, lights.positions[:0])], axis=1)
+def _left(problem: Problem, lights: PointLights, o: Options) -> Left:
+    """What is left beside all that the fit has adapted to: the lights' own derivatives."""
+    z = residuals(problem, lights)
+    tangent = whitened(problem, lights.positions[:0])  # an ambient term
+    if len(lights):
+        J = jacobian(problem, lights).transpose(1, 2, 0)
+        tangent = np.concatenate([J, tangent], axis=1)
+    return Left.beside(tangent, z, 1 / (1 + np.square(z / o.outlier)))

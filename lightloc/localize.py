@@ -6,19 +6,15 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Literal
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from lightloc.ambient import reflected_ambient
 from lightloc.answer import answer
-from lightloc.candidates import Dictionary, atoms_at
 from lightloc.checks import array
 from lightloc.geometry import Geometry
-from lightloc.grid import Grid
+from lightloc.ground import Ground
 from lightloc.indirect import remove_indirect
 from lightloc.lights import PointLights
-from lightloc.moves import start_at
-from lightloc.noise import is_exact, search_sigma, working_sigma
+from lightloc.noise import is_exact, working_sigma
 from lightloc.observations import Observations
 from lightloc.options import Options
 from lightloc.paper import Paper
@@ -26,9 +22,8 @@ from lightloc.polish import is_explained
 from lightloc.published import published
 from lightloc.result import Localization, Step
 from lightloc.rounds import Indirect, rounds
-from lightloc.search import Search, grow, improve
+from lightloc.search import grow, improve
 from lightloc.settle import settled
-from lightloc.solve import Problem
 from lightloc.surface import Surface
 
 
@@ -92,16 +87,17 @@ def localize(
     region = array("bounds", q.bounds if bounds is None else bounds, (2, 3))
     if isinstance(o, Paper):
         return published(q, geometry, region, o, surface, watch)
+    ground = Ground.of(q, geometry, region, o, seed)
     if not observations.interreflected:
-        return searched(q, geometry, region, o, seed, watch)
+        return searched(q, ground, o, watch)
     removed = replace(o, shared=o.after_removal, slack=o.slack_after_removal)
     if indirect is None:
-        return searched(q, geometry, region, removed, seed, watch)
+        return searched(q, ground, removed, watch)
 
     def search(rest: Observations, start: PointLights | None) -> Localization:
         # what footnote 1 leaves is no error of the model: rendered light will tell more
-        first = replace(removed, exchanges=0, tries=0, stalled=o.most_lights)
-        return searched(rest, geometry, region, o if start else first, seed, watch, start)
+        first = replace(removed, exchanges=0, tries=0, blurs=(0.0,), stalled=o.most_lights)
+        return searched(rest, ground, o if start else first, watch, start)
 
     return rounds(observations, q, geometry, region, indirect, search, o, watch)
 
@@ -111,31 +107,24 @@ METHODS: dict[str, type[Options] | type[Paper]] = {"search": Options, "paper": P
 
 def searched(
     q: Observations,
-    geometry: Geometry | None,
-    region: NDArray[np.float64],
+    ground: Ground,
     o: Options,
-    seed: int,
     watch: Callable[[Step], None],
     start: PointLights | None = None,
 ) -> Localization:
-    """Ours: grow the set of lights over some observations, then settle it over all.
-
-    A ``start`` that explains what is seen is not questioned further.
-    """
+    """Ours: grow the set of lights over some observations, then settle it over all."""
     exact = is_exact(q) and o.noise == "given"
     if exact:
         o = replace(o, thorough=o.thorough_exact, settled=o.settled_exact)
-    whole = Problem.of(q, working_sigma(q, o), geometry, region, double=exact)
-    if o.ambient:
-        whole = replace(whole, ambient=reflected_ambient(whole.surfels, q.channels))
-    search = search_of(whole, o, seed, o.silent if exact else 0.0, watch)
+    whole = replace(ground.whole, radiance=q.radiance, sigma=working_sigma(q, o))
+    search = ground.search(whole, o, o.silent if exact else 0.0, watch)
     if start:
-        search.note("start", search.refined(start_at(start), 1, o.outlier))
+        search.start(start)
     else:
         grow(search, 1)
     if not start or not is_explained(search.best, search.tight, o):
         improve(search)
-    if o.exchanges and not is_explained(search.best, search.tight, o):
+    if not o.rough and not is_explained(search.best, search.tight, o):
         grow(search, o.beam)
         improve(search)
     if o.noise == "given" and not is_explained(search.best, search.tight, o):
@@ -144,25 +133,3 @@ def searched(
     best, whole = settled(whole, search, o)
     search.history.append(Step("polish on all observations", len(best), best.cost / whole.rows))
     return answer(q, whole, best, o, search)
-
-
-def search_of(
-    whole: Problem, o: Options, seed: int, enough: float, watch: Callable[[Step], None]
-) -> Search:
-    """Some of the observations, and S at a grid of positions."""
-    n = len(whole.radiance)
-    some = np.sort(np.random.default_rng(seed).permutation(n)[: o.sample])
-    tight = whole.rows_of(some) if len(some) < n else whole
-    cells = o.cells_2d if len(whole.axes) == 2 else o.cells
-    dictionary = Dictionary.over(tight, Grid.over(whole.bounds, cells))
-    blurs = tuple(blur * whole.size for blur in o.blurs)
-    if whole.geometry is None or not occludes(tight, dictionary):
-        tight, blurs = replace(tight, geometry=None), (0.0,)
-    loose = replace(tight, sigma=search_sigma(tight, o))
-    return Search(tight, loose, dictionary.under(tight, loose), blurs, o, enough, watch)
-
-
-def occludes(problem: Problem, dictionary: Dictionary) -> bool:
-    """Whether anything comes between any observation and any position of the grid."""
-    free = atoms_at(replace(problem, geometry=None), dictionary.points)
-    return bool(((free > 0) & (dictionary.atoms == 0)).any())

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from lightloc.candidates import Dictionary, atoms_at, caps, gains_of
+from lightloc.candidates import Dictionary, Left, atoms_at, caps, gains_of
 from lightloc.certainty import covariance
 from lightloc.grid import Grid
 from lightloc.levenberg import Descents
@@ -37,11 +37,11 @@ def births(
     starts = []
     for one in front.each():
         p, z = one.positions[0], residuals(problem, lights_of(one))
-        columns, weight = whitened(problem, p), 1 / (1 + np.square(z / loss))
-        gains = dictionary.gains(z, columns, weight)
+        left = Left.beside(whitened(problem, p), z, 1 / (1 + np.square(z / loss)))
+        gains = dictionary.gains(left)
         for peak in dictionary.peaks(gains, most):
             at, reach = dictionary.points[peak], dictionary.grid.step
-            at, _ = zoomed(problem, at, reach, z, columns, weight, o)
+            at, _ = zoomed(problem, at, reach, left, o)
             starts.append(np.concatenate([p, at[None]]))
     return _lit(problem, starts, front)
 
@@ -50,9 +50,7 @@ def zoomed(
     problem: Problem,
     p: NDArray,
     reach: NDArray,
-    z: NDArray,
-    columns: NDArray,
-    weight: NDArray,
+    left: Left,
     o: Options,
 ) -> tuple[NDArray, float]:
     """The position of largest gain within ``reach`` of p, on grids that grow finer; its gain."""
@@ -60,7 +58,7 @@ def zoomed(
     for _ in range(o.zooms):
         points = Grid.around(p, reach, problem.bounds, o.zoom).points
         atoms = atoms_at(problem, points)
-        gains = gains_of(atoms, np.square(atoms), caps(problem, atoms), z, columns, weight)
+        gains = gains_of(atoms, np.square(atoms), caps(problem, atoms), left)
         p, reach, best = points[np.argmax(gains)], reach * 2 / o.zoom, float(gains.max())
     return p, best
 

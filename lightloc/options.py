@@ -81,3 +81,8 @@ class Options:
     sure_position: float = 0.01  # of the longest side: 95 % intervals up to this (section 6.1)
     sure_intensity: float = 0.05  # of the intensity, likewise
     cluster: float = 0.05  # lights that could be two so far apart are a cluster (section 6.1)
+
+    @property
+    def rough(self) -> bool:
+        """Whether the answer is a first guess, to be searched on from."""
+        return self.exchanges == 0

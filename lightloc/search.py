@@ -13,6 +13,7 @@ from lightloc.candidates import Dictionary
 from lightloc.certainty import bound_at, inseparable, resolution
 from lightloc.certificate import certificate
 from lightloc.levenberg import Descents
+from lightloc.lights import PointLights
 from lightloc.moves import births, deaths, distinct, lights_of, merges, splits, start_at
 from lightloc.noise import level_of
 from lightloc.options import Options
@@ -20,6 +21,7 @@ from lightloc.polish import (
     best_of,
     chosen,
     cost_at,
+    is_explained,
     least_gain,
     noise_level,
     over_edges,
@@ -57,6 +59,7 @@ class Search:
     ladder: dict[int, Fit] = field(default_factory=dict)
     history: list[Step] = field(default_factory=list)
     sure: dict[Fit, bool] = field(default_factory=dict)
+    certified: dict[Fit, tuple[Problem, tuple[float, NDArray]]] = field(default_factory=dict)
 
     @property
     def best(self) -> Fit:
@@ -89,10 +92,14 @@ class Search:
 
     def certificate(self, whole: Problem, fit: Fit) -> tuple[float, NDArray[np.float64]]:
         """`certificate` of a fit to ``whole``, in units of what it leaves if that is more."""
+        if (known := self.certified.get(fit)) and known[0] is whole:
+            return known[1]
         level = max(1.0, level_of(fit.residual)) if len(fit) else 1.0
         own, sampled = (replace(p, sigma=p.sigma * level) for p in (whole, self.tight))
         here = self.dictionary.under(self.loose, sampled)
-        return certificate(own, sampled, here, fit.lights, self.o)
+        found = certificate(own, sampled, here, fit.lights, self.o)
+        self.certified[fit] = whole, found
+        return found
 
     def without_errors(self) -> int | None:
         """How many lights explain, where the last ones only adapt to an error of the model.
@@ -121,6 +128,14 @@ class Search:
         kept = round(KEPT * self.tight.rows)
         return float(squares[0][:kept].sum() / squares[1][:kept].sum())
 
+    def start(self, lights: PointLights) -> None:
+        """Go on from lights: where they explain what is seen, they are not questioned further."""
+        fit = sharpened(self.tight, start_at(lights), self.o)
+        if is_explained(fit, self.tight, self.o):
+            self.keep("start", fit)
+        else:
+            self.note("start", self.refined(start_at(lights), 1, self.o.outlier))
+
     def note(self, action: str, front: Descents) -> None:
         """Judge hypotheses by the observations' own errors, and keep the best.
 
@@ -135,6 +150,10 @@ class Search:
         fit = best_of(fits, self.o)
         if self.blurs[0] and front.chi2.min() < near and self.is_promising(fit):
             fit = over_edges(self.tight, fit, self.o)
+        self.keep(action, fit)
+
+    def keep(self, action: str, fit: Fit) -> None:
+        """Keep a fit if it is the best of its count."""
         known = self.ladder.get(len(fit), fit)
         self.ladder[len(fit)] = best_of([known, fit], self.o)
         self.history.append(Step(action, len(fit), fit.cost / self.tight.rows))

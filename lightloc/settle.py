@@ -28,6 +28,8 @@ def settled(whole: Problem, search: Search, o: Options) -> tuple[Fit, Problem]:
         return no_lights(whole, o.outlier), whole
     law = law_of(whole.radiance, whole.sigma)
     fit = search.best
+    if o.rough:
+        return sharpened(whole, start_at(fit.lights), o), whole
     if whole.rows > search.tight.rows:
         fit = prune(search.tight, fit, o)
         explained = is_explained(fit, search.tight, o)

@@ -1,0 +1,79 @@
+"""What searches over the same observations share, whatever B is: the sample, and S on a grid."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lightloc.ambient import reflected_ambient
+from lightloc.candidates import Dictionary, atoms_at
+from lightloc.geometry import Geometry
+from lightloc.grid import Grid
+from lightloc.noise import is_exact, search_sigma, working_sigma
+from lightloc.observations import Observations
+from lightloc.options import Options
+from lightloc.result import Step
+from lightloc.search import Search
+from lightloc.solve import Problem
+
+
+@dataclass(frozen=True, eq=False)
+class Ground:
+    """The observations that a search looks at first, and the grid of positions that it asks.
+
+    Args:
+        whole: all observations, with the B and the sigma that it was made of.
+        some: indices of the sample; None where it is all of them.
+        sampled: the problem that ``dictionary`` was made over.
+        is_open: nothing comes between any of them and any position of the grid.
+    """
+
+    whole: Problem
+    some: NDArray[np.intp] | None
+    sampled: Problem
+    dictionary: Dictionary
+    is_open: bool
+
+    @staticmethod
+    def of(
+        q: Observations,
+        geometry: Geometry | None,
+        bounds: NDArray[np.float64],
+        o: Options,
+        seed: int,
+    ) -> Ground:
+        exact = is_exact(q) and o.noise == "given"
+        whole = Problem.of(q, working_sigma(q, o), geometry, bounds, double=exact)
+        if o.ambient:
+            whole = replace(whole, ambient=reflected_ambient(whole.surfels, q.channels))
+        n = len(q)
+        some = None
+        if o.sample < n:
+            some = np.sort(np.random.default_rng(seed).permutation(n)[: o.sample])
+        sampled = whole if some is None else whole.rows_of(some)
+        cells = o.cells_2d if len(whole.axes) == 2 else o.cells
+        dictionary = Dictionary.over(sampled, Grid.over(whole.bounds, cells))
+        is_open = geometry is None or not occludes(sampled, dictionary)
+        return Ground(whole, some, sampled, dictionary, is_open)
+
+    def search(
+        self, whole: Problem, o: Options, enough: float, watch: Callable[[Step], None]
+    ) -> Search:
+        """A search over these observations with the B and the sigma of ``whole``."""
+        tight = whole if self.some is None else whole.rows_of(self.some)
+        blurs = tuple(blur * whole.size for blur in o.blurs)
+        if self.is_open:
+            tight, blurs = replace(tight, geometry=None), (0.0,)
+        loose = replace(tight, sigma=search_sigma(tight, o))
+        return Search(
+            tight, loose, self.dictionary.under(self.sampled, loose), blurs, o, enough, watch
+        )
+
+
+def occludes(problem: Problem, dictionary: Dictionary) -> bool:
+    """Whether anything comes between any observation and any position of the grid."""
+    free = atoms_at(replace(problem, geometry=None), dictionary.points)
+    return bool(((free > 0) & (dictionary.atoms == 0)).any())
