@@ -122,9 +122,11 @@ def searched(
         search.start(start)
     else:
         grow(search, 1)
+        if exact:  # what is left is no noise: other hypotheses before any exchange
+            grow(search, o.beam)
     if not start or not is_explained(search.best, search.tight, o):
         improve(search)
-    if not o.rough and not is_explained(search.best, search.tight, o):
+    if not (exact or o.rough or is_explained(search.best, search.tight, o)):
         grow(search, o.beam)
         improve(search)
     if o.noise == "given" and not is_explained(search.best, search.tight, o):

@@ -39,7 +39,7 @@ class Localization:
     """What `localize` found.
 
     Args:
-        lights: brightest first.
+        lights: brightest first, as the search in direct light left them.
         position_error: (k, 3) standard errors, metres.
         intensity_error: (k, c) standard errors, W/sr.
         covariance: (m, m) over the free coordinates of each light, then the intensities.

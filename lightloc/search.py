@@ -192,7 +192,8 @@ def grow(s: Search, beam: int) -> None:
         before = s.best
         front = s.refined(starts, beam, loss)
         s.note("add", front)
-        idle = 0 if s.best is not before else idle + 1
+        new = s.best is not before or front.positions.shape[1] <= len(before)
+        idle = 0 if new else idle + 1
         if (most := s.without_errors()) is not None:
             s.most = most
             return
