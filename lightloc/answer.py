@@ -35,13 +35,14 @@ from lightloc.verdicts import (
 
 def answer(q: Observations, problem: Problem, fit: Fit, o: Options, search: Search) -> Localization:
     """How sure the lights are, what cannot be told, and why the search stopped."""
+    count = len(fit)
     wide = None if o.rough else extended(problem, fit, o)
     left = Fit(wide.points, wide.fit.residual, wide.fit.cost) if wide else fit
     peak = np.nan if o.rough else search.certificate(problem, left)[0]
     if wide is None:
         fit = Fit(fit.lights.brightest_first(), fit.residual, fit.cost)
-        points = np.zeros(len(fit))
-        wide = Extended(fit, points, bound_at(problem, fit.lights), fit.lights)
+        width = np.zeros(len(fit))
+        wide = Extended(fit, width, bound_at(problem, fit.lights), fit.lights)
     fit, lights = wide.fit, wide.fit.lights
     level = max(1.0, level_of(fit.residual)) if len(lights) else 1.0
     verdicts = [
@@ -54,7 +55,7 @@ def answer(q: Observations, problem: Problem, fit: Fit, o: Options, search: Sear
         few = any(verdict.kind is Kind.TOO_FEW for verdict in verdicts)
         reason = Reason.UNDECIDED if few else Reason.DARK
     elif not is_explained(fit, problem, o):
-        reason = Reason.MOST_LIGHTS if len(lights) >= o.most_lights else Reason.NO_GAIN
+        reason = Reason.MOST_LIGHTS if count >= o.most_lights else Reason.NO_GAIN
         verdicts.insert(0, unexplained(fit, problem))
     else:
         reason = Reason.EXTENDED if wide.width.any() else Reason.CONVERGED

@@ -22,11 +22,14 @@ from lightloc.certainty import Bound, covariance_of, jacobian
 from lightloc.lights import PointLights
 from lightloc.moves import MERGE
 from lightloc.options import Options
-from lightloc.polish import least_gain, noise_level
+from lightloc.polish import cost_at, least_gain, noise_level
 from lightloc.solve import Fit, Problem, residuals, robust
 
 ROUND = 1e-2
 """Share of its length that a shape has across the line on which two points lie, to begin with."""
+
+POINT = 1e-6
+"""Of the longest side: no shape starts smaller, where lights lie at the same place."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,15 +136,16 @@ class Unknowns:
 def extended(problem: Problem, fit: Fit, o: Options) -> Extended | None:
     """The lights with those joined that one wide light explains as well; None where none is so.
 
-    What is joined is as wide as `Options.cluster` at most, and explains less than a further light
-    would have to.
+    What is joined is as wide as `Options.cluster` at most, and loses less chi-square than a further
+    light would have to gain.
     """
     best, groups = None, [[i] for i in range(len(fit))]
-    price = least_gain(problem, o) * noise_level([fit], o) ** 2
+    level, price = noise_level([fit], o), least_gain(problem, o)
     for close in gathered(problem, fit.lights, o):
         tried = [group for group in groups if group[0] not in close] + [close]
         wide = joined(problem, fit.lights, sorted(tried, key=len), o)
-        if wide.fit.cost < fit.cost + price and wide.width.max() < o.cluster * problem.size:
+        lost = cost_at(level, wide.fit, o) - cost_at(level, fit, o)
+        if lost < price and wide.width.max() < o.cluster * problem.size:
             best, groups = wide, tried
     return best.brightest_first() if best else None
 
@@ -153,6 +157,7 @@ def gathered(problem: Problem, lights: PointLights, o: Options) -> list[list[int
     power = np.maximum(np.add.outer(I, I), np.finfo(float).tiny)
     width = 2 * np.sqrt(np.outer(I, I)) / power * apart
     close = (width < o.cluster * problem.size) & (apart < MERGE * problem.size)
+    close &= np.multiply.outer(I, I) > 0
     count, group = connected_components(close, directed=False)
     groups = [np.flatnonzero(group == i).tolist() for i in range(count)]
     return [group for group in groups if len(group) > 1]
@@ -172,14 +177,15 @@ def joined(
         J = jacobian(problem, unknowns.expanded(x)) @ unknowns.linear
         return -J.transpose(1, 0, 2).reshape(problem.rows, -1)
 
-    low = np.full(len(x), -np.inf)
+    low, high = np.full((2, len(x)), [[-np.inf], [np.inf]])
+    low[:first], high[:first] = np.tile(problem.bounds[:, problem.axes], len(groups))
     low[first:shapes] = 0.0
     plain = np.isinf(o.outlier)
     x = least_squares(
         lambda x: left(x).ravel(),
-        x,
+        np.clip(x, low, high),
         slopes,
-        bounds=(low, np.inf),
+        bounds=(low, high),
         loss="linear" if plain else "cauchy",
         f_scale=1.0 if plain else o.outlier,
         x_scale="jac",
@@ -201,14 +207,15 @@ def start(
     d, p, I, shapes = len(problem.axes), [], [], []
     for group in groups:
         some = lights.intensities[group]
-        share = some.mean(axis=1) / some.mean() / len(group)
+        power = some.mean(axis=1) + np.finfo(float).tiny
+        share = power / power.sum()
         center = share @ lights.positions[group]
         p.append(center[problem.axes])
         I.append(some.sum(axis=0))
         if len(group) > 1:
             off = (lights.positions[group] - center)[:, problem.axes]
             C = (off * share[:, None]).T @ off
-            C += ROUND**2 * np.trace(C) * np.eye(d)
+            C += (ROUND**2 * np.trace(C) + (POINT * problem.size) ** 2) * np.eye(d)
             shapes.append(np.linalg.cholesky(d * C)[np.tril_indices(d)])
     unknowns = Unknowns(
         len(groups) - len(shapes), len(shapes), problem.axes, lights.channels, lights.positions[0]

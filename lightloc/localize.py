@@ -96,7 +96,7 @@ def localize(
 
     def search(rest: Observations, start: PointLights | None) -> Localization:
         # what footnote 1 leaves is no error of the model: rendered light will tell more
-        first = replace(removed, exchanges=0, tries=0, blurs=(0.0,), stalled=o.most_lights)
+        first = replace(removed, rough=True, blurs=(0.0,), stalled=o.most_lights)
         return searched(rest, ground, o if start else first, watch, start)
 
     return rounds(observations, q, geometry, region, indirect, search, o, watch)
@@ -124,7 +124,7 @@ def searched(
         grow(search, 1)
         if exact:  # what is left is no noise: other hypotheses before any exchange
             grow(search, o.beam)
-    if not start or not is_explained(search.best, search.tight, o):
+    if not (o.rough or (start and is_explained(search.best, search.tight, o))):
         improve(search)
     if not (exact or o.rough or is_explained(search.best, search.tight, o)):
         grow(search, o.beam)

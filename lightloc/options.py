@@ -58,9 +58,10 @@ class Options:
     errors_aside: float = 4.0  # by so many standard errors
     sharpenings: int = 6  # times that the loss is narrowed, each time at least by half
     promising: float = 20.0  # times the least gain that a quick look may stay behind the best
-    exchanges: int = 12  # rounds of exchanging, adding and dropping; 0 for a rough first answer
+    exchanges: int = 12  # rounds of exchanging, adding and dropping
     worthwhile: float = 1.0  # chi-square that a round must gain for another
-    patience: int = 2  # lights that may be added in vain
+    rough: bool = False  # a first guess to search on from: neither exchanged nor settled nor judged
+    patience: int = 2  # lights that may be added in vain, beyond those of the best so far
 
     # when it ends
     stalled: int = 6  # lights that must lower what is left, where a wrong model could leave that,
@@ -81,8 +82,3 @@ class Options:
     sure_position: float = 0.01  # of the longest side: 95 % intervals up to this (section 6.1)
     sure_intensity: float = 0.05  # of the intensity, likewise
     cluster: float = 0.05  # lights that could be two so far apart are a cluster (section 6.1)
-
-    @property
-    def rough(self) -> bool:
-        """Whether the answer is a first guess, to be searched on from."""
-        return self.exchanges == 0

@@ -17,7 +17,9 @@ class Reason(Enum):
 
     CONVERGED = "The lights explain every observation to within its error."
     UNDECIDED = "What was found explains every observation, but the data can't decide all of it."
-    EXTENDED = "Point lights do not explain the data: a light is wide, or several close together."
+    EXTENDED = (
+        "Every observation is explained, by lights of which one is wide, or several close together."
+    )
     NO_GAIN = "The model does not explain the data: a residual is left that no light lowers."
     MOST_LIGHTS = "The largest number of lights allowed was reached, and a residual is left."
     DARK = "Nothing is lit: no light explains these observations better than darkness."

@@ -100,7 +100,7 @@ def rounds(
 
 def explains(found: Localization) -> bool:
     """Whether no more than noise is left."""
-    return found.reason in (Reason.CONVERGED, Reason.UNDECIDED)
+    return found.reason in (Reason.CONVERGED, Reason.UNDECIDED, Reason.EXTENDED)
 
 
 def movement(found: Localization, before: PointLights) -> float:
@@ -131,7 +131,12 @@ def order_like(lights: PointLights, like: PointLights) -> NDArray[np.intp]:
 
 
 def whole(found: Localization, split: Split, problem: Problem, o: Options) -> Localization:
-    """The answer refined on all of B, with the errors that it then has."""
+    """The answer refined on all of B, with the errors that it then has.
+
+    Where a light is wide, the answer of the search in direct light stands.
+    """
+    if found.width.any():
+        return found
     lights, split, bound = together(split, found.lights, problem)
     z, cost = split.residual(lights.intensities), split.cost(lights.intensities)
     reason, verdicts = found.reason, found.verdicts

@@ -181,7 +181,10 @@ KEPT = 0.9
 
 
 def grow(s: Search, beam: int) -> None:
-    """Add lights one by one, keeping the ``beam`` best hypotheses, while there is a gain."""
+    """Add lights one by one, keeping the ``beam`` best hypotheses, while there is a gain.
+
+    A later growth goes on to as many lights as the best has.
+    """
     o, c = s.o, s.tight.radiance.shape[1]
     front, idle = Descents.of(np.zeros((1, 0, 3)), np.zeros((1, 0, c))), 0
     while front.positions.shape[1] < o.most_lights and idle < o.patience and not s.ended:

@@ -206,7 +206,7 @@ def _search(found: Localization) -> dict[str, Any]:
         "reason": found.reason.name.lower(),
         "message": found.reason.value,
         "chi2_per_dof": found.chi2,
-        "certificate": found.certificate,
+        "certificate": _finite(np.atleast_1d(found.certificate))[0],
         "verdicts": [
             {
                 "kind": verdict.kind.name.lower(),

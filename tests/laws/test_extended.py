@@ -120,3 +120,41 @@ def test_a_disc_in_a_box(rng):
     assert wide.fit.lights.intensities[0, 0] == pytest.approx(5.0, rel=1e-3)
     assert wide.width[0] == pytest.approx(0.04, rel=0.1)  # a disc's standard deviation is r / 2
     assert len(wide.points) == 6
+
+
+def test_lights_at_one_place_and_dark_ones():
+    """What a polish may leave: two lights in the same corner, and one that sends nothing."""
+    room = rooms(2, count=1)[0]
+    q = seen(room, PointLights([[0.3, 0.25, 0]], [3.0]), 0.01)
+    problem = Problem.of(q, q.sigma, None, q.bounds)
+    alike = PointLights([[0.3, 0.25, 0], [0.3, 0.25, 0], [0.31, 0.25, 0]], [1.5, 1.5, 0.0])
+    assert gathered(problem, alike, Options()) == [[0, 1]]
+    wide = joined(problem, alike, [[2], [0, 1]], Options())
+    assert wide.fit.cost < 1.3 * problem.rows
+    assert np.isfinite(wide.fit.lights.positions).all()
+
+
+def test_wide_lights_stay_in_the_region():
+    """A bar along the wall: its centroid does not leave the room."""
+    room = rooms(2, count=1)[0]
+    q = seen(room, segment([0.5, 0.99, 0], 3.0, [1, 0, 0]), 0.01)
+    problem = Problem.of(q, q.sigma, None, np.array([[0, 0, 0], [1, 0.985, 0]]))
+    pair = PointLights([[0.48, 0.985, 0], [0.52, 0.985, 0]], [1.5, 1.5])
+    wide = joined(problem, pair, [[0, 1]], Options())
+    assert wide.fit.lights.positions[0, 1] <= 0.985
+
+
+def test_brightest_first_takes_the_errors_along():
+    """Lights, widths and the covariance's rows change places together."""
+    room = rooms(2, count=1)[0]
+    bar = segment([0.3, 0.25, 0], 1.0, [1, 0, 0])
+    q = seen(room, bar, 0.01)
+    problem = Problem.of(q, q.sigma, None, q.bounds)
+    three = PointLights([[0.7, 0.8, 0], [0.29, 0.25, 0], [0.31, 0.25, 0]], [0.1, 0.5, 0.5])
+    wide = joined(problem, three, [[0], [1, 2]], Options())
+    first = wide.brightest_first()
+    assert wide.width[0] == 0 < wide.width[1] == first.width[0]
+    np.testing.assert_array_equal(first.bound.position, wide.bound.position[::-1])
+    error = np.sqrt(np.diag(first.bound.covariance))
+    np.testing.assert_allclose(error[:4], first.bound.position[:, :2].ravel())
+    np.testing.assert_allclose(error[4:], first.bound.intensity.ravel())
