@@ -12,6 +12,7 @@ from lightloc.candidates import MARGIN
 from lightloc.certainty import Bound, bound_at, inseparable, resolution
 from lightloc.extended import Extended, extended
 from lightloc.fields import intensity_distance
+from lightloc.lights import PointLights
 from lightloc.noise import level_of
 from lightloc.observations import Observations
 from lightloc.options import Options
@@ -67,6 +68,7 @@ def answer(q: Observations, problem: Problem, fit: Fit, o: Options, search: Sear
         reason,
         search.history,
         bound=wide.bound,
+        points=wide.points,
         resolution=np.where(wide.width > 0, np.nan, resolution(problem, lights)),
         width=wide.width,
         certificate=peak,
@@ -99,17 +101,19 @@ def localization(
     reason: Reason,
     history: Sequence[Step],
     bound: Bound,
+    points: PointLights | None = None,
     resolution: NDArray[np.float64] | None = None,
     width: NDArray[np.float64] | None = None,
     certificate: float = np.nan,
     verdicts: tuple[Verdict, ...] = (),
 ) -> Localization:
-    """The answer in the form that both methods give it."""
+    """The answer in the form that both methods give it; ``points`` stand for wide lights."""
     lights = fit.lights
     top, _ = intensity_distance(q, lights.positions, problem.geometry, margin=MARGIN)
     ambient = np.zeros(q.channels)
     if problem.ambient is not None:
-        ambient = amounts(problem, lights.positions)[len(lights)]
+        lit = lights if points is None else points
+        ambient = amounts(problem, lit.positions)[len(lit)]
     return Localization(
         lights=lights,
         position_error=bound.position,

@@ -97,7 +97,9 @@ def localize(
     def search(rest: Observations, start: PointLights | None) -> Localization:
         # what footnote 1 leaves is no error of the model: rendered light will tell more
         first = replace(removed, rough=True, blurs=(0.0,), stalled=o.most_lights)
-        return searched(rest, ground, o if start else first, watch, start)
+        found = searched(rest, ground, o if start else first, watch, start)
+        # a guess of darkness is no answer
+        return found if start or len(found.lights) else searched(rest, ground, removed, watch)
 
     return rounds(observations, q, geometry, region, indirect, search, o, watch)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,12 +62,16 @@ class Search:
     sure: dict[Fit, bool] = field(default_factory=dict)
     certified: dict[Fit, tuple[Problem, tuple[float, NDArray]]] = field(default_factory=dict)
 
+    @cached_property
+    def darkness(self) -> Fit:
+        """The fit of no light at all."""
+        return no_lights(self.tight, self.o.outlier)
+
     @property
     def best(self) -> Fit:
         """The fit whose lights are each worth their parameters."""
         fits = [fit for k, fit in self.ladder.items() if k <= self.most]
-        fits.append(no_lights(self.tight, self.o.outlier))
-        return chosen(self.tight, fits, self.o)
+        return chosen(self.tight, [*fits, self.darkness], self.o)
 
     @property
     def ended(self) -> bool:

@@ -158,3 +158,13 @@ def test_brightest_first_takes_the_errors_along():
     error = np.sqrt(np.diag(first.bound.covariance))
     np.testing.assert_allclose(error[:4], first.bound.position[:, :2].ravel())
     np.testing.assert_allclose(error[4:], first.bound.intensity.ravel())
+
+
+def test_a_wide_light_beside_an_ambient_term():
+    """The ambient term is what the light at its width leaves, not a point at its centroid."""
+    room = rooms(2, count=1)[0]
+    q = seen(room, segment([0.3, 0.25, 0], 3.0, [1, 0, 0]), 0.0)
+    q = q.with_radiance(q.radiance + 0.5, 0.01 * np.sqrt(q.radiance * q.radiance.mean()))
+    found = localize(q, options=Options(ambient=True))
+    assert found.reason is Reason.EXTENDED
+    assert found.ambient[0] == pytest.approx(0.5 / np.pi, abs=1e-4)  # f = 1

@@ -146,6 +146,7 @@ def test_noise_alone_is_no_light():
     found = localize(q.with_radiance(noise, sigma))
     assert found.reason is Reason.DARK
     assert len(found.lights) == 0
+    assert len(found.history) <= lightloc.Options().patience + 1  # and no long search for any
 
 
 def test_few_observations(load):

@@ -203,6 +203,17 @@ def test_darkness(sphere):
     assert not calls
 
 
+def test_a_guess_of_darkness_is_searched_again(sphere):
+    """That nothing is lit is judged by a whole search, with its certificate."""
+    room, q = sphere
+    indirect, calls = constant(q)
+    dark = q.with_radiance(0 * q.radiance, q.sigma, interreflected=True)
+    found = localize(dark, room.geometry, indirect=indirect)
+    assert found.reason is Reason.DARK
+    assert np.isfinite(found.certificate)
+    assert not calls
+
+
 def test_movement(bare):
     """Movement is in standard errors, whatever order the lights come in."""
     found = bare
