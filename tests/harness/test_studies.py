@@ -30,7 +30,7 @@ def record(name: str = "lights-8-000", **changes: Any) -> dict[str, Any]:
         **{"position": 0.1, "intensity": 1.0, "solved": True, "tight": True, "chi2": 1.0},
         **{"reason": "CONVERGED", "verdicts": [], "certificate": 3.0, "seconds": 0.5},
         **{"ceiling": 0.9, "errors": [1e-3, 1e-3], "bounds": [5e-4, 5e-4]},
-        "z": [[0.0, 1.0, -1.0], [0.5, -3.0, 1.5]],
+        **{"z": [[0.0, 1.0, -1.0], [0.5, -3.0, 1.5]], "displaced": 0},
     }
     return {**values, **changes}
 
@@ -162,6 +162,13 @@ def test_errors_of_models_have_the_size_that_they_say(monkeypatch):
     assert abs(q.radiance.sum() / true.radiance.sum() - 1) < 0.05
     parameters = [models._box(models.Plastic(alpha=a), np.random.default_rng(0)) for a in (1, 2)]
     assert np.array_equal(parameters[0].positions, parameters[1].positions)
+
+
+@pytest.mark.parametrize(("model", "number", "moved"), [("right", 5, 0), ("albedo_by_wall", 5, 1)])
+def test_what_a_wrong_model_moves_from_the_truth(model, number, moved):
+    """Nothing where the model is right; a light where walls of another albedo ask for that."""
+    rng = np.random.default_rng([models.SEED, number, list(models.MODELS).index(model)])
+    assert models.displaced(*models.MODELS[model](number, rng)) == moved
 
 
 # a trial

@@ -13,6 +13,7 @@ from validation.match import Comparison, compare
 from validation.studies.ceiling import within
 
 SIDE = 1.0  # of every room, metres
+DIAGONAL = math.sqrt(2) * SIDE  # of its floor: the judge's scale
 TIGHT = 0.001  # of the side: what noiseless answers should keep to
 
 
@@ -93,7 +94,7 @@ def trial(
     clock = time.perf_counter()
     answer = localize(q, geometry)
     seconds = time.perf_counter() - clock
-    judged = compare(answer.lights, truth, diagonal=math.sqrt(2) * SIDE)
+    judged = compare(answer.lights, truth, diagonal=DIAGONAL)
     right = _is_solved(answer.lights, truth, tolerance)
     ceiling, bounds = None, []
     if known is not None:

@@ -46,9 +46,14 @@ def doubt(record: Fields) -> str | None:
 
 
 def said(rows: Sequence[Row]) -> str:
-    ghosts = sum(row.cell("Ghosts").value or 0 for row in rows)
-    unflagged = sum(row.cell("Unflagged").value or 0 for row in rows)
-    return f"{ghosts:.0f} ghost lights in all, {unflagged:.0f} of them without a verdict."
+    ghosts, moved, unflagged = (
+        sum(row.cell(title).value or 0 for row in rows)
+        for title in ("Ghosts", "From the truth", "Unflagged")
+    )
+    return (
+        f"{ghosts:.0f} ghost lights in all, {unflagged:.0f} of them without a verdict; a fit that "
+        f"starts at the true lights, their number told, has {moved:.0f}."
+    )
 
 
 STUDY = Study(
@@ -72,6 +77,17 @@ STUDY = Study(
             "found lights that lie near no true one, in all scenes",
             total("ghosts"),
             none(),
+        ),
+        Measure(
+            "From the truth",
+            "ghosts that a fit leaves which starts at the true lights, their number told: the "
+            "wrong model explains more with them there",
+            total("displaced"),
+        ),
+        Measure(
+            "Too many",
+            "scenes in which more lights are found than there are",
+            share(lambda record: record["found"] > record["lights"]),
         ),
         Measure("Unflagged", "ghosts that no verdict names", total("unflagged")),
         Measure(

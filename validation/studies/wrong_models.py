@@ -7,14 +7,19 @@ points, normals and BRDF are what is believed of it. All carry noise of 1 %, and
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lightloc import Conductor, Observations, Plastic, PointLights, radiance
+from lightloc import Conductor, Observations, Options, Plastic, PointLights, radiance
+from lightloc.moves import start_at
+from lightloc.noise import working_sigma
+from lightloc.polish import sharpened
+from lightloc.solve import Problem
+from validation.match import compare
 from validation.studies.scenes import FEW, ONE_PERCENT, parts, room_list
-from validation.studies.trial import Trial, trial
+from validation.studies.trial import DIAGONAL, Trial, trial
 from validation.table1.rooms import DARK, INTENSITIES
 
 ALBEDO = 0.1  # root mean square of its relative error
@@ -115,12 +120,31 @@ MODELS: Mapping[str, Callable[[int, Rng], Scene]] = {
 }
 
 
-def wrong(name: str) -> Trial:
+@dataclass(frozen=True)
+class WrongTrial(Trial):
+    """A trial whose model is wrong.
+
+    ``displaced``: ghosts among the true lights after the search's own robust polish: what the
+    wrong model moves out of the judge's radius even where the number is told.
+    """
+
+    displaced: int
+
+
+def wrong(name: str) -> WrongTrial:
     """One scene of a wrong model: ``normals_by_wall-017``."""
     (model,), number = parts(name)
     rng = np.random.default_rng([SEED, number, list(MODELS).index(model)])
     q, lights = MODELS[model](number, rng)
-    return trial(name, q, lights)
+    return WrongTrial(**vars(trial(name, q, lights)), displaced=displaced(q, lights))
+
+
+def displaced(q: Observations, lights: PointLights) -> int:
+    """How many of the true lights a fit that starts at them makes ghosts of."""
+    o = Options()
+    problem = Problem.of(q, working_sigma(q, o), None, q.bounds)
+    there = sharpened(problem, start_at(lights), o).lights
+    return len(compare(there, lights, DIAGONAL).ghosts)
 
 
 def _square(number: int) -> Scene:
