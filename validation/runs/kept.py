@@ -56,20 +56,23 @@ def read(out: Path, scene: Scene | None = None) -> dict[str, Ended]:
 
     Lines of other code, and lines that were torn or are no scene, are passed over.
     """
+    return {e.name: e for e in every(out) if e.fingerprint == fingerprint(scene)}
+
+
+def every(out: Path) -> Iterator[Ended]:
+    """What is in OUT/scenes.jsonl, a line after the other, whatever code wrote it."""
     try:
         text = (out / FILE).read_text(encoding="utf-8", errors="replace")
     except FileNotFoundError:
-        return {}
-    found = {}
+        return
     for line in text.splitlines():
         try:
             ended = Ended(**json.loads(line))
             whole = isinstance(ended.record, dict) or bool(ended.error)
         except (ValueError, TypeError):
             continue
-        if whole and ended.fingerprint == fingerprint(scene):
-            found[ended.name] = ended
-    return found
+        if whole:
+            yield ended
 
 
 def waiting(names: Sequence[str], out: Path, scene: Scene | None = None) -> list[str]:
