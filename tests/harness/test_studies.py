@@ -3,17 +3,29 @@
 from __future__ import annotations
 
 import math
+import re
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.distance import pdist
 from scipy.stats import chi2, norm
 
 from lightloc import PointLights, Reason, radiance
 from validation.runs.fingerprint import needed
 from validation.runs.kept import Ended
-from validation.studies import NAMES, coverage, efficiency, many, measures, scenes, trial, wrong
+from validation.studies import (
+    NAMES,
+    coverage,
+    efficiency,
+    many,
+    measures,
+    relit,
+    scenes,
+    trial,
+    wrong,
+)
 from validation.studies import wrong_models as models
 from validation.studies.ceiling import DRAWS, within
 from validation.studies.command import find
@@ -107,6 +119,24 @@ def test_every_study_is_named_and_its_scenes_are_known():
         assert name == "rivals" or any(measure.goals for measure in study.measures)
 
 
+def test_the_hard_set_keeps_its_names_and_knows_nothing_of_how_lights_are_found():
+    """Sixty or so rooms; their code imports no part of a search, so that it outlives one."""
+    study = find("hard")
+    names = study.names(study.per_row)
+    assert 50 <= len(names) <= 70 and names[0] == "lights-15-000"
+    inner = re.compile(r"lightloc(\.| import )(search|polish|levenberg|solve|rounds|all_light)\b")
+    read = {name: file.read_text() for name, file in needed(study.one.__module__).items()}
+    assert not [name for name, text in read.items() if inner.search(text)]
+    assert inner.search(needed("validation.studies.rooms")["validation.studies.rooms"].read_text())
+
+
+def test_a_room_may_be_lit_by_as_many_lights_as_are_asked_for():
+    """The first of them are where fewer would be, and all keep their distance from each other."""
+    few, many = (relit.lit("diffuse", 3, count).lights.positions for count in (None, 9))
+    assert len(few) == 4 and len(many) == 9 and np.array_equal(few, many[:4])
+    assert pdist(many).min() > 0.1
+
+
 def test_what_is_shown_makes_no_record():
     """Tables and goals may change and the records still hold; scenes and rooms may not."""
     made = set(needed(find("many").one.__module__))
@@ -196,6 +226,8 @@ def test_a_trial_is_judged_by_hand(monkeypatch):
     assert len(done.bounds) == 2 and 0 <= done.ceiling <= 1
     tight = trial.Tolerance(0.0035, 5.0)
     assert not trial.trial("a-000", q, truth, tolerance=tight).solved
+    wide = trial.trial("a-000", q, truth, diagonal=10.0)  # of which the errors are parts
+    assert wide.tight and np.isclose(wide.position, 0.04)
     kind = SimpleNamespace(name="UNCERTAIN")
     answer.lights = PointLights([*answer.lights.positions, [0.5, 0.1, 0]], [4.1, 2.0, 1.0])
     answer.verdicts = (SimpleNamespace(kind=kind, lights=(2,)),) * 2

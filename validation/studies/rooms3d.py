@@ -16,7 +16,8 @@ from validation.match import Comparison, compare
 from validation.studies.many import converged, solved
 from validation.studies.measures import Fields, at_least, below, duration, share, tally, typical
 from validation.studies.occluders import ceiling
-from validation.studies.rooms import MOST, ROOMS, lit, most
+from validation.studies.relit import MOST, ROOMS, lit
+from validation.studies.rooms import most
 from validation.studies.scenes import numbered
 from validation.studies.study import Measure, Row, Study
 from validation.studies.trial import Tolerance

@@ -77,6 +77,12 @@ def occluders(name: str) -> Trial:
     return _noisy(name, room, k, tolerance=AMONG)
 
 
+def noisy(name: str) -> Trial:
+    """Table 1's scene of that name, with its noise: ``noisy-4-017``."""
+    (_, lights), number = parts(name)
+    return _noisy(name, room_list(0, int(lights))[number], NOISES[1], seed=number)
+
+
 def coverage(name: str) -> Trial:
     """Two or three lights, noise that differs from scene to scene: ``discs2-3-017``."""
     (make, lights), number = parts(name)

@@ -83,24 +83,28 @@ def trial(
     *,
     known: Observations | None = None,
     tolerance: Tolerance = SOLVED,
+    diagonal: float | None = None,
 ) -> Trial:
-    """Localize what is seen of a room of side 1 and judge the answer.
+    """Localize what is seen of a room and judge the answer.
 
     Args:
         truth: its lights, one channel.
         known: the same observations without noise, but with the noise's standard error, from
             which the Cramér-Rao bound is taken; there is none where None.
+        diagonal: of a room in three dimensions, metres, which then stands for the side in all
+            that is a part of it, as in the suite; a 2D room of side 1 where None.
     """
+    side = SIDE if diagonal is None else diagonal
     clock = time.perf_counter()
     answer = localize(q, geometry)
     seconds = time.perf_counter() - clock
-    judged = compare(answer.lights, truth, diagonal=DIAGONAL)
-    right = _is_solved(answer.lights, truth, tolerance)
+    judged = compare(answer.lights, truth, diagonal=diagonal or DIAGONAL)
+    right = _is_solved(answer.lights, truth, tolerance, side)
     ceiling, bounds = None, []
     if known is not None:
         bound = cramer_rao(known, truth, geometry)
         share = tolerance.intensity / 100 * truth.intensities[:, 0]
-        ceiling = within(bound.covariance, tolerance.position * SIDE, share)
+        ceiling = within(bound.covariance, tolerance.position * side, share)
         bounds = np.linalg.norm(bound.position, axis=1).tolist()
     pairs = judged.pairs
     matched = compare(answer.lights, truth, radius=math.inf) if judged.count_right else None
@@ -111,10 +115,11 @@ def trial(
         missed=len(judged.missed),
         ghosts=len(judged.ghosts),
         unflagged=len(set(judged.ghosts).difference(*(v.lights for v in answer.verdicts))),
-        position=100 * max(pair.distance for pair in pairs) / SIDE if pairs else None,
+        position=100 * max(pair.distance for pair in pairs) / side if pairs else None,
         intensity=judged.worst_intensity_percent,
         solved=right,
-        tight=right and _is_solved(answer.lights, truth, Tolerance(TIGHT, tolerance.intensity)),
+        tight=right
+        and _is_solved(answer.lights, truth, Tolerance(TIGHT, tolerance.intensity), side),
         reason=answer.reason.name,
         verdicts=sorted({verdict.kind.name for verdict in answer.verdicts}),
         certificate=float(answer.certificate),
@@ -127,8 +132,8 @@ def trial(
     )
 
 
-def _is_solved(found: PointLights, true: PointLights, tolerance: Tolerance) -> bool:
-    judged = compare(found, true, radius=tolerance.position * SIDE)
+def _is_solved(found: PointLights, true: PointLights, tolerance: Tolerance, side: float) -> bool:
+    judged = compare(found, true, radius=tolerance.position * side)
     near = not judged.missed and not judged.ghosts
     return near and (judged.worst_intensity_percent or 0.0) <= tolerance.intensity
 
