@@ -36,13 +36,16 @@ class SceneBSDF:
 
 
 def material_at(si: Any) -> BRDF:
-    """The BRDF at n surface interactions (from `probe`), textures evaluated at each."""
+    """The BRDF at n surface interactions (from `probe`), textures evaluated at each.
+
+    The parts of a `Mixed` stand in the order in which the points first show them.
+    """
     n = dr.width(si)
-    bsdf_of = np.array(dr.reinterpret_array(mi.UInt32, si.bsdf()))
+    which = bsdf_of(si)
     models: dict[type, dict[str, NDArray]] = {}
     kind = np.empty(n, object)
-    for pointer in np.unique(bsdf_of):
-        here = np.flatnonzero(bsdf_of == pointer)
+    for number in range(which.max() + 1):
+        here = np.flatnonzero(which == number)
         bsdf = mi.BSDFPtr(dr.gather(mi.BSDFPtr, si.bsdf(), mi.UInt32(int(here[0]))))
         model, values = _read(bsdf[0], dr.gather(mi.SurfaceInteraction3f, si, mi.UInt32(here)))
         kind[here] = model
@@ -60,6 +63,25 @@ def material_at(si: Any) -> BRDF:
         else:
             parts.append(model(**{name: _compact(v, here) for name, v in table.items()}))
     return parts[0] if len(parts) == 1 else Mixed(tuple(parts), index)
+
+
+def bsdf_of(si: Any) -> NDArray[np.intp]:
+    """(n,) which BSDF each of n interactions has, numbered as the points first show them.
+
+    Mitsuba's own number of a BSDF depends on what else the process has loaded, and on which of a
+    scene's parts, all loaded side by side, was ready first: a result must not depend on that.
+    """
+    return numbered(np.array(dr.reinterpret_array(mi.UInt32, si.bsdf())))
+
+
+def numbered(ids: NDArray) -> NDArray[np.intp]:
+    """Numbers from 0 in the order in which ids first come.
+
+    >>> numbered(np.array([7, 7, 3, 9, 3])).tolist(), numbered(np.array([1, 1, 8, 2, 8])).tolist()
+    ([0, 0, 1, 2, 1], [0, 0, 1, 2, 1])
+    """
+    _, first, which = np.unique(ids, return_index=True, return_inverse=True)
+    return np.argsort(np.argsort(first))[which]
 
 
 DEFAULTS = {"alpha": 0.5, "ior": 1.5}  # fill the rows that belong to another model

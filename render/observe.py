@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 from lightloc.brdf import Mixed
 from lightloc.observations import Observations, SceneMaterial
-from render.material import material_at
+from render.material import bsdf_of, material_at
 from render.room import Room
 
 Transport = Literal["direct", "full"]
@@ -198,7 +198,7 @@ def _pooled(error: NDArray, si: Any, diagonal: float) -> NDArray[np.float64]:
     values most, which pulled intensities down by 2 to 5 % (measured, 256 spp).
     """
     bsdf = si.bsdf()
-    which = numbered(np.array(dr.reinterpret_array(mi.UInt32, bsdf)))
+    which = bsdf_of(si)
     kind, flags = bsdf.flags(), mi.BSDFFlags
     lobed = mi.has_flag(kind, flags.Glossy) | mi.has_flag(kind, flags.Delta)
     plain = mi.has_flag(kind, flags.DiffuseReflection) & ~lobed
@@ -208,18 +208,6 @@ def _pooled(error: NDArray, si: Any, diagonal: float) -> NDArray[np.float64]:
     features = np.concatenate(place, axis=1)
     _, near = cKDTree(features).query(features, k=min(POOL, len(error)))
     return albedo * np.sqrt(np.square(share[near.reshape(len(error), -1)]).mean(axis=1))
-
-
-def numbered(ids: NDArray) -> NDArray[np.intp]:
-    """Numbers from 0 in the order in which ids first come.
-
-    Mitsuba numbers BSDFs by what else the process has loaded: a result must not depend on that.
-
-    >>> numbered(np.array([7, 7, 3, 9, 3])).tolist(), numbered(np.array([1, 1, 8, 2, 8])).tolist()
-    ([0, 0, 1, 2, 1], [0, 0, 1, 2, 1])
-    """
-    _, first, which = np.unique(ids, return_index=True, return_inverse=True)
-    return np.argsort(np.argsort(first))[which]
 
 
 def _viewed_points(
