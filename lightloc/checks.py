@@ -62,6 +62,23 @@ def unit_vectors(name: str, value: ArrayLike, n: int) -> NDArray[np.float64]:
     return result
 
 
+def check_radiance(name: str, radiance: NDArray, error: NDArray) -> None:
+    """Refuse a radiance below zero that is said to be exact (error 0), both of one shape.
+
+    Noise, and light that was subtracted, leave radiances below zero: with an error they are
+    data, however far below, and cutting them off at zero would bias what is fitted to them. One
+    without an error contradicts itself.
+
+    >>> check_radiance("B", np.array([-0.1, 0.2]), np.array([0.3, 0.0]))
+    >>> check_radiance("B", np.array([-0.1, 0.2]), np.array([0.0, 0.0]))
+    Traceback (most recent call last):
+        ...
+    ValueError: B[0] is -0.1; expected at least 0 where it is exact (its error is 0)
+    """
+    exact = (radiance < 0) & (error == 0)
+    _refuse(name, radiance, exact, "at least 0 where it is exact (its error is 0)")
+
+
 TINY_VECTOR = 1e-12  # below this a direction is lost in rounding
 
 

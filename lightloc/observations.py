@@ -13,9 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lightloc import brdf
-from lightloc.checks import array, numbers, unit_vectors
+from lightloc.checks import array, check_radiance, numbers, unit_vectors
 
-BELOW = 6.0  # standard errors below zero that noise may take a radiance to
 FORMAT = "lightloc-observations-1"
 
 
@@ -28,6 +27,8 @@ class Observations:
         normals: (n, 3) shading normals on the side that is seen; normalized on entry.
         directions: (n, 3) from the surface to the viewer (the paper's omega).
         radiance: (n, c) B(q) in W sr^-1 m^-2, c = 1 or 3 (linear RGB); (n,) is taken as (n, 1).
+            Below zero only where ``sigma`` is above: noise and light that was subtracted leave
+            such values, and they are kept as they are.
         sigma: standard error of ``radiance``: a scalar, (n,) or (n, c); 0 where it is exact.
         material: a BRDF of `lightloc.brdf`, or anything with ``channels`` and ``bind``.
         facets: (n, 3) geometric normals where they differ from the shading normals, as on a mesh
@@ -37,8 +38,7 @@ class Observations:
 
     Raises:
         ValueError: no observation at all, lengths that differ, a value that is not finite, a
-            negative radiance or sigma, a vector of length zero. Noise and the removal of indirect
-            light can leave a B just below zero: `with_radiance` takes such values.
+            negative sigma, a negative radiance that is exact, a vector of length zero.
 
     >>> q = Observations(positions=[[0, 0, 0]], normals=[[0, 0, 1]], directions=[[0, 0, 1]],
     ...                  radiance=[0.3], sigma=0.0, material=brdf.Lambert(albedo=0.5))
@@ -75,8 +75,9 @@ class Observations:
         put(self, "positions", x)
         put(self, "normals", unit_vectors("Observations.normals", normals, n))
         put(self, "directions", unit_vectors("Observations.directions", directions, n))
-        put(self, "radiance", _per_channel("Observations.radiance", radiance, n, None, 0.0))
+        put(self, "radiance", _per_channel("Observations.radiance", radiance, n, None, None))
         put(self, "sigma", _per_channel("Observations.sigma", sigma, n, self.channels, 0.0))
+        check_radiance("Observations.radiance", self.radiance, self.sigma)
         if not brdf.is_brdf(material):
             raise ValueError(f"Observations.material is a {type(material).__name__}; not a BRDF")
         if material.channels > self.channels:
@@ -108,14 +109,12 @@ class Observations:
     def with_radiance(
         self, radiance: ArrayLike, sigma: ArrayLike, interreflected: bool | None = None
     ) -> Observations:
-        """The same points with another B(q), which may be negative within its error."""
+        """The same points with another B(q): a scalar, (n,) or (n, c), as ``sigma``."""
         n, c = self.radiance.shape
-        B = _per_channel("radiance", radiance, n, c, None)
-        e = _per_channel("sigma", sigma, n, c, 0.0)
+        B = _per_channel("Observations.radiance", radiance, n, c, None)
+        e = _per_channel("Observations.sigma", sigma, n, c, 0.0)
         both = self.interreflected if interreflected is None else interreflected
-        result = replace(self, radiance=np.maximum(B, 0.0), sigma=e, interreflected=both)
-        object.__setattr__(result, "radiance", B)
-        return result
+        return replace(self, radiance=B, sigma=e, interreflected=both)
 
     def save(self, path: str | Path) -> None:
         """Write one ``.npz``, whole or not at all: same observations, same bytes.
@@ -155,24 +154,16 @@ class Observations:
         if str(keys.get("format")) != FORMAT:
             raise ValueError(f"{path}: format is {keys.get('format')}; expected {FORMAT}")
         try:
-            B = numbers("radiance", keys["radiance"])
-            result = Observations(
+            return Observations(
                 positions=keys["positions"],
                 normals=keys["normals"],
                 directions=keys["directions"],
-                radiance=np.where(B < 0, 0.0, B),
+                radiance=keys["radiance"],
                 sigma=keys["sigma"],
                 material=_material_from("material", keys),
                 facets=keys.get("facets"),
                 interreflected=bool(keys["interreflected"]),
             )
-            if (result.sigma * -BELOW > B).any():
-                row = int(np.argmax((result.sigma * -BELOW > B).any(axis=1)))
-                raise ValueError(
-                    f"radiance[{row}] is {B[row].min():g}; expected at least 0, within {BELOW:g} "
-                    "standard errors"
-                )
-            return result.with_radiance(B, keys["sigma"])
         except KeyError as missing:
             raise ValueError(f"{path}: field {missing} is missing") from None
         except (TypeError, ValueError) as error:

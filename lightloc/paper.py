@@ -88,7 +88,7 @@ def iterate(
     """
     grid = grid_over(problem.bounds, o)
     field = Field.over(problem.surfels, grid, problem.geometry)
-    B = problem.radiance[:, 0]
+    B = np.maximum(problem.radiance[:, 0], 0)  # noise below zero is no light at all
     p, I = np.zeros((0, 3)), np.zeros(0)
     for iteration in range(MOST_ITERATIONS):
         left = B - rendered(problem, p) @ I

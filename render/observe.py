@@ -109,8 +109,12 @@ def observations(
 
 
 def add_noise(q: Observations, k: float, seed: int) -> Observations:
-    """Gaussian shot noise with standard deviation k sqrt(B mean(B)), added to ``sigma``."""
-    extra = k * np.sqrt(q.radiance * q.radiance.mean(axis=0))
+    """Gaussian shot noise with standard deviation k sqrt(B mean(B)), added to ``sigma``.
+
+    A B that is below zero already gets none more.
+    """
+    B = np.maximum(q.radiance, 0)
+    extra = k * np.sqrt(B * B.mean(axis=0))
     jitter = np.random.default_rng([seed, 1]).normal(size=q.radiance.shape)
     return q.with_radiance(q.radiance + extra * jitter, np.hypot(q.sigma, extra))
 
@@ -120,12 +124,7 @@ def attach(q: Observations, room: Room) -> Observations:
     parts = q.material.brdfs if isinstance(q.material, Mixed) else (q.material,)
     if not any(isinstance(part, SceneMaterial) for part in parts):
         return q
-    bound = replace(
-        q,
-        radiance=np.zeros_like(q.radiance),
-        material=material_at(probe(room, q.positions, q.directions)),
-    )
-    return bound.with_radiance(q.radiance, q.sigma)
+    return replace(q, material=material_at(probe(room, q.positions, q.directions)))
 
 
 def probe(room: Room, x: NDArray, w: NDArray) -> Any:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lightloc.brdf import BRDF, Conductor, Lambert, Mixed, Plastic
-from lightloc.checks import array
+from lightloc.checks import array, check_radiance
 from lightloc.observations import Observations
 from render.material import GREY, material_at
 from render.observe import probe
@@ -28,7 +28,8 @@ class View:
     """Layers of (height, width) pixels; each but ``film`` is for the ray through its centre.
 
     Args (all by keyword; kept as read-only float32 arrays, but for shape and pure):
-        radiance: (h, w, 3) B towards the camera, W sr^-1 m^-2, linear RGB, at least 0.
+        radiance: (h, w, 3) B towards the camera, W sr^-1 m^-2, linear RGB; below 0 only
+            where ``variance`` is above, as a denoiser's may be.
         variance: (h, w, 3) of the mean ``radiance``, its unit squared; 0 where that is exact.
         position: (h, w, 3) metres.
         normal: (h, w, 3) unit shading normal on the side that is seen.
@@ -77,7 +78,7 @@ class View:
         camera: ArrayLike,
         interreflected: bool,
     ) -> None:
-        first = array("View.radiance", radiance, (None, None, 3), least=0.0)
+        first = array("View.radiance", radiance, (None, None, 3))
         h, w = first.shape[:2]
         colour, scalar = (h, w, 3), (h, w)
         index = array("View.shape", shape, scalar, least=NOTHING)
@@ -87,6 +88,7 @@ class View:
                 raise ValueError(f"View.{name} holds fractions; expected whole numbers")
         self._put("radiance", first)
         self._put("variance", array("View.variance", variance, colour, least=0.0))
+        check_radiance("View.radiance", self.radiance, self.variance)
         self._put("position", array("View.position", position, colour))
         self._put("normal", array("View.normal", normal, colour, least=-UNIT, most=UNIT))
         self._put("facet", array("View.facet", facet, colour, least=-UNIT, most=UNIT))

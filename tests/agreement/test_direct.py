@@ -8,7 +8,7 @@ import pytest
 
 import render
 from lightloc import Observations, PointLights, radiance, shading
-from render.observe import PROBE_SHARE
+from render.observe import PROBE_SHARE, add_noise
 
 POINTS = 4096
 ROUNDING = 1e-4  # of B: some twenty float32 roundings, each over a cosine of 0.01 at worst
@@ -114,3 +114,14 @@ def test_noise_is_as_large_as_sigma_says(load, k):
     z = (noisy.radiance - B) / noisy.sigma
     assert abs(z.mean()) < 4 / np.sqrt(POINTS)
     assert abs(z.std() - 1) < 4 / np.sqrt(2 * POINTS)
+
+
+def test_noise_on_a_radiance_below_zero(load):
+    """Where B is below zero already, there is no light whose noise could be added."""
+    clean = observe(load("box_two"))
+    below = clean.radiance < np.median(clean.radiance)
+    q = clean.with_radiance(np.where(below, -clean.radiance, clean.radiance), clean.radiance.mean())
+    noisy = add_noise(q, 0.05, seed=1)
+    np.testing.assert_array_equal(noisy.radiance[below], q.radiance[below])
+    np.testing.assert_array_equal(noisy.sigma[below], q.sigma[below])
+    assert (noisy.radiance[~below] != q.radiance[~below]).all()

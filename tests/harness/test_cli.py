@@ -231,6 +231,7 @@ def first(value: float) -> Any:
 OBSERVATIONS = {
     "nan radiance": ({"radiance": first(np.nan)}, "radiance[0][0]", "nan", "finite"),
     "infinite radiance": ({"radiance": first(np.inf)}, "radiance[0][0]", "inf", "finite"),
+    "exact negative radiance": ({"radiance": first(-1.0)}, "radiance[0][0]", "-1", "exact"),
     "nan position": ({"positions": first(np.nan)}, "positions[0][0]", "nan", "finite"),
     "zero normal": ({"normals": first(0.0)}, "normals[0]", "zero", "unit"),
     "negative sigma": ({"sigma": first(-1.0)}, "sigma[0][0]", "-1", "at least 0"),

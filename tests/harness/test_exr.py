@@ -135,12 +135,27 @@ def test_missing_channel(name, written, refuses):
         read_exr(written)
 
 
+def test_radiance_below_zero(written, refuses):
+    """A denoiser's radiance may be below zero and stays; one of variance 0 is refused."""
+
+    def darker(layers) -> None:
+        layers["B"][2, 3] = -0.5
+
+    def exact(layers) -> None:
+        layers["variance.B"][2, 3] = 0.0
+
+    rewrite(written, darker)
+    assert read_exr(written).radiance[2, 3, 2] == -0.5
+    rewrite(written, exact)
+    with refuses(f"{written}: View.radiance[2][3][2] is -0.5; expected at least 0 where"):
+        read_exr(written)
+
+
 @pytest.mark.parametrize(
     ("channel", "value", "complaint"),
     [
         ("R", np.nan, "View.radiance[2][3][0] is nan"),
         ("G", np.inf, "View.radiance[2][3][1] is inf"),
-        ("B", -0.5, "View.radiance[2][3][2] is -0.5"),
         ("variance.G", -1.0, "View.variance[2][3][1] is -1"),
         ("variance.G", np.nan, "View.variance[2][3][1] is nan"),
         ("position.Z", -np.inf, "View.position[2][3][2] is -inf"),

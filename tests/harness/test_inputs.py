@@ -174,10 +174,41 @@ def test_values_cannot_be_changed():
         q.radiance = 0
 
 
-def test_radiance_below_zero_is_taken_within_its_error(refuses):
-    """`with_radiance` takes what noise leaves below zero, and still refuses what is no number."""
+def from_file(B, sigma, path) -> Observations:
+    """`GOOD` with another radiance, read from a file."""
+    Observations(**GOOD).save(path)
+    with np.load(path) as file:
+        keys = {name: file[name] for name in file.files}
+    shape = keys["radiance"].shape
+    keys["radiance"] = np.reshape(B, shape)
+    keys["sigma"] = np.broadcast_to(np.reshape(sigma, (-1, 1)), shape)
+    np.savez(path, **keys)
+    return Observations.load(path)
+
+
+WAYS = {
+    "constructor": lambda B, sigma, path: Observations(**{**GOOD, "radiance": B, "sigma": sigma}),
+    "with_radiance": lambda B, sigma, path: Observations(**GOOD).with_radiance(B, sigma),
+    "file": from_file,
+}
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_radiance_below_zero_is_taken_with_an_error_and_refused_without(way, refuses, tmp_path):
+    """However observations are made: noise and subtraction leave B below zero, by any number of
+    standard errors, and it stays as it is; a B that is exact is not below zero."""
+    path = tmp_path / "seen.npz"
+    for B, sigma in (([-0.1, 0.2], 0.2), ([-5.0, 0.2], [0.1, 0.0]), ([-1e-9, -1e9], 1e-12)):
+        np.testing.assert_array_equal(WAYS[way](B, sigma, path).radiance[:, 0], B)
+    within = f"{path}: " if way == "file" else ""
+    for B, sigma in (([0.2, -0.1], 0.0), ([-0.1, -0.2], [0.1, 0.0]), ([0.1, -5e-324], [0.1, 0.0])):
+        with refuses(f"{within}Observations.radiance[1][0] is {B[1]:g}; expected at least 0 where"):
+            WAYS[way](B, sigma, path)
+
+
+def test_with_radiance_refuses_what_is_no_radiance(refuses):
+    """What the constructor refuses, of another radiance too."""
     q = Observations(**GOOD)
-    np.testing.assert_array_equal(q.with_radiance([-0.1, 0.2], 0.2).radiance, [[-0.1], [0.2]])
     for name, B, sigma in (
         ("radiance", NAN, 0.1),
         ("radiance", "bright", 0.1),
@@ -185,5 +216,5 @@ def test_radiance_below_zero_is_taken_within_its_error(refuses):
         ("sigma", 0.1, -1.0),
         ("sigma", 0.1, NAN),
     ):
-        with refuses(name):
+        with refuses(f"Observations.{name}"):
             q.with_radiance(B, sigma)

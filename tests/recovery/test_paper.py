@@ -122,6 +122,21 @@ def test_the_steps_of_section_5():
     np.testing.assert_allclose(steps[-1].unexplained, left, atol=1e-3 * B.mean())
 
 
+def test_noise_below_zero_is_not_the_hypotheses_fault():
+    """B below zero is as dark as can be, as section 6.1's data have it; B' turns negative by the
+    hypotheses' light alone, of which there is none at first."""
+    room = rooms(2, count=2)[1]
+    q = room.observe()
+    noise = np.random.default_rng(1).normal(size=q.radiance.shape)
+    B = q.radiance + np.hypot(2.0, 0.05 * np.sqrt(q.radiance)) * noise
+    assert (B < 0).any()
+    problem = Problem.of(q.with_radiance(B, 2.0), np.ones_like(B), None, q.bounds)
+    edge = Perimeter(*room.outline.along(q.positions))
+    first = next(iterate(problem, edge, q.diagonal / 2, 0.0, Paper(radius=15, lowering=0.9)))
+    assert first.reason is not Reason.DARKER
+    np.testing.assert_array_equal(first.unexplained, np.maximum(B[:, 0], 0))
+
+
 def test_association():
     """The nearest hypothesis within reach, and none else (section 5.1)."""
     candidates = np.array([[0, 0, 0], [1, 0, 0], [2.05, 0, 0.0]])
