@@ -14,11 +14,19 @@ def in_plane(name: str, value: ArrayLike) -> NDArray[np.float64]:
     """(n, 2) of points given as (n, 2), or as (n, 3) in the plane z = 0; else a ValueError."""
     rough = numbers(name, value)
     points = array(name, rough, (None, 3 if rough.ndim == 2 and rough.shape[1] == 3 else 2))
-    off = np.abs(points[:, 2:]).max(axis=1, initial=0.0)
-    if (off > THICKNESS * np.abs(points).max(initial=0.0)).any():
-        row = int(np.argmax(off))
+    if not is_in_plane(points):
+        row = int(np.argmax(np.abs(points[:, 2])))
         raise ValueError(f"{name}[{row}] has z = {points[row, 2]:g}; expected z = 0")
     return points[:, :2]
+
+
+def is_in_plane(points: NDArray) -> bool:
+    """Whether (n, 2) or (n, 3) points lie in the plane z = 0, to float32.
+
+    >>> is_in_plane(np.array([[1.0, 2.0, 1e-7]])), is_in_plane(np.array([[1.0, 2.0, 1e-3]]))
+    (True, False)
+    """
+    return bool((np.abs(points[:, 2:]) <= THICKNESS * np.abs(points).max(initial=0.0)).all())
 
 
 def cross(a: NDArray, b: NDArray) -> NDArray[np.float64]:

@@ -23,9 +23,10 @@ from lightloc.paper import (
     Paper,
     iterate,
 )
+from lightloc.plane import is_in_plane
 from lightloc.result import Localization, Reason, Step
 from lightloc.solve import Problem, fit_of
-from lightloc.surface import Geodesic, Surface
+from lightloc.surface import Geodesic, Perimeter, Surface
 
 
 def published(
@@ -41,7 +42,7 @@ def published(
         raise ValueError("method 'paper' takes one channel; give it one of the three at a time")
     radius = q.diagonal / 2
     if surface is None:
-        surface = Geodesic.of(q.positions, q.normals, o.threshold * radius)
+        surface = along_surface(q, region, o.threshold * radius)
     noisy = bool((q.sigma > 0).any())
     low_error = OF_THE_TRUTH * float(np.square(q.sigma).mean()) if noisy else LOW_ERROR
     if o.low_error is not None:
@@ -66,3 +67,10 @@ def published(
     fit = fit_of(whole, lights.brightest_first(), np.inf)
     bound = bound_at(whole, fit.lights)
     return localization(q, whole, fit, Options(), reason, history, bound)
+
+
+def along_surface(q: Observations, region: NDArray[np.float64], reach: float) -> Surface:
+    """Distances between the observations: along the walls of a 2D scene, else up to a reach."""
+    if all(is_in_plane(points) for points in (q.positions, q.normals, region)):
+        return Perimeter.of(q.positions, q.normals)
+    return Geodesic.of(q.positions, q.normals, reach)

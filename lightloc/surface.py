@@ -17,6 +17,7 @@ from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
 from lightloc.checks import array, unit_vectors
+from lightloc.walls import follow
 
 NEIGHBOURS = 12  # a graph of 12 neighbours is 4 % longer than a plane's straight lines (measured)
 BOTH_SIDES = 3  # times as many are looked at: of 36 on a thin sheet 12 or more lie on one side
@@ -42,12 +43,12 @@ class Surface(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Perimeter:
-    """A 2D scene: the exact distance along closed outlines, infinite from one to another.
+    """A 2D scene: the exact distance along outlines, infinite from one to another.
 
     Args:
         loop: (n,) which outline an observation lies on.
         along: (n,) where on it, metres from its beginning.
-        length: (n,) how long that outline is, metres.
+        length: (n,) how long that outline is, metres; infinite where it is not closed.
 
     >>> square = Perimeter(np.zeros(3, int), np.array([0.5, 1.5, 3.5]), np.full(3, 4.0))
     >>> square.distances(np.array([0, 1]), np.array([1, 2])).tolist(), square.spacing
@@ -58,10 +59,27 @@ class Perimeter:
     along: NDArray[np.float64]
     length: NDArray[np.float64]
 
+    @staticmethod
+    def of(positions: ArrayLike, normals: ArrayLike) -> Perimeter:
+        """The outlines that (n, 3) observations of the plane z = 0 lie on, from each to the next.
+
+        `lightloc.walls.follow` says how they are found.
+
+        >>> square = [[0.5, 0, 0], [1, 0.5, 0], [0.5, 1, 0], [0, 0.5, 0]]
+        >>> walls = Perimeter.of(square, [[0, 1, 0], [-1, 0, 0], [0, -1, 0], [1, 0, 0]])
+        >>> walls.distances(np.array([0, 0]), np.array([1, 2])).tolist(), walls.spacing
+        ([1.0, 2.0], 1.0)
+        """
+        return Perimeter(*follow(positions, normals))
+
     @property
     def spacing(self) -> float:
-        _, first = np.unique(self.loop, return_index=True)
-        return float(self.length[first].sum() / len(self.loop))
+        _, first, which = np.unique(self.loop, return_index=True, return_inverse=True)
+        length, extent = self.length[first], np.zeros(len(first))
+        np.maximum.at(extent, which.ravel(), self.along)
+        closed = np.isfinite(length)
+        steps = len(self.loop) - np.count_nonzero(~closed)  # a wall's end has no next
+        return float(np.where(closed, length, extent).sum() / steps) if steps else np.inf
 
     @property
     def share(self) -> float:

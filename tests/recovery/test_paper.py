@@ -7,8 +7,9 @@ import pytest
 from joblib import Parallel, delayed
 from scipy.stats import binom
 
-from lightloc import Paper, Perimeter, PointLights, Reason, localize, radiance
+from lightloc import Geodesic, Paper, Perimeter, PointLights, Reason, localize, radiance
 from lightloc.paper import associate, grid_over, iterate, optimize
+from lightloc.published import along_surface
 from lightloc.solve import Problem
 from validation.match import compare
 from validation.runs.run import one
@@ -88,6 +89,41 @@ def test_rooms_that_are_not_square(make):
     assert not verdict.missed
     assert not verdict.ghosts
     assert verdict.worst_intensity_percent < 0.5
+
+
+@pytest.mark.parametrize("number", [0, 2, 9])
+def test_four_lights_without_a_surface(number):
+    """The walls that are followed through the observations are as good as the true ones: the same
+    steps to the same lights. (Over neighbours within reach, room 0 ends after two lights, DARKER;
+    2 and 9 take two and three times as many steps.)"""
+    room = rooms(4, count=number + 1)[number]
+    found = localize(room.observe(), room.geometry, method="paper")
+    true = found_in(room)
+    assert found.reason is true.reason is Reason.CONVERGED
+    assert [step.lights for step in found.history] == [step.lights for step in true.history]
+    np.testing.assert_allclose(found.lights.positions, true.lights.positions, atol=1e-6)
+
+
+@pytest.mark.parametrize("make", ["L", "curved", "discs", "bar"])
+def test_rooms_that_are_not_square_without_a_surface(make):
+    """Curved walls and occluders too: found to 0.1 %."""
+    room = rooms_of(named_outlines()[make], 2, count=1, name=make)[0]
+    found = localize(room.observe(), room.geometry, method="paper")
+    verdict = compare(found.lights, room.lights, diagonal=1.0, radius=1e-3)
+    assert found.reason is Reason.CONVERGED
+    assert not verdict.missed
+    assert not verdict.ghosts
+
+
+def test_a_space_that_is_no_plane():
+    """Of observations in a plane, lights are sought outside it with areas, as in 3D."""
+    room = rooms(2, count=1)[0]
+    q = room.observe(100)
+    deep = [[0, 0, -0.5], [1, 1, 0.5]]
+    assert isinstance(along_surface(q, q.bounds, 0.1), Perimeter)
+    assert isinstance(along_surface(q, np.array(deep), 0.1), Geodesic)
+    found = localize(q, method="paper", bounds=deep, options=Paper(cells_3d=8, most_lights=1))
+    assert found.reason is not None
 
 
 def states(room: PlaneRoom, o: Paper) -> tuple[list, Problem]:
