@@ -10,6 +10,7 @@ from lightloc.certainty import jacobian
 from lightloc.lights import PointLights
 from lightloc.moves import zoomed
 from lightloc.options import Options
+from lightloc.polish import FEW
 from lightloc.solve import Problem, residuals, whitened
 
 PEAKS = 12
@@ -52,4 +53,6 @@ def _left(problem: Problem, lights: PointLights, o: Options) -> Left:
     if len(lights):
         J = jacobian(problem, lights).transpose(1, 2, 0)
         tangent = np.concatenate([J, tangent], axis=1)
-    return Left.beside(tangent, z, 1 / (1 + np.square(z / o.outlier)))
+    trust = np.where(np.abs(z) > o.outlier, 0.0, 1 / (1 + np.square(z / o.outlier)))
+    if (trust == 0).mean() > FEW: trust = 1 / (1 + np.square(z / o.outlier))
+    return Left.beside(tangent, z, trust)

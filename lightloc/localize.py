@@ -22,7 +22,7 @@ from lightloc.polish import is_explained
 from lightloc.published import published
 from lightloc.result import Localization, Step
 from lightloc.rounds import Indirect, rounds
-from lightloc.search import grow, improve
+from lightloc.search import grow, improve, open_with
 from lightloc.settle import settled
 from lightloc.surface import Surface
 
@@ -123,7 +123,8 @@ def searched(
     if start:
         search.start(start)
     else:
-        grow(search, 1)
+        front = open_with(search, ground)
+        grow(search, 1, front)
         if exact:  # what is left is no noise: other hypotheses before any exchange
             grow(search, o.beam)
     if not (o.rough or (start and is_explained(search.best, search.tight, o))):

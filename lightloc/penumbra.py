@@ -57,5 +57,5 @@ def _ball(n: int) -> NDArray[np.float64]:
     return _round(points * radius[:, None])
 
 
-IN_THE_PLANE, IN_SPACE = _disc(13), _ball(24)
+IN_THE_PLANE, IN_SPACE = _disc(13), _ball(8)
 """Enough that V takes a dozen values in a penumbra; each point costs a ray test."""

@@ -21,12 +21,14 @@ from lightloc.options import Options
 from lightloc.polish import (
     best_of,
     chosen,
+    core_cost,
     cost_at,
     is_explained,
     least_gain,
     noise_level,
     over_edges,
     polished,
+    prune,
     sharpened,
     spread_of,
     unmoved,
@@ -86,7 +88,7 @@ class Search:
         """Whether no more than noise is left, no place for a light, and no doubt about any."""
         o, problem = self.o, self.tight
         chance = 1 + LUCK * np.sqrt(2 / problem.rows)
-        if not len(fit) or o.noise != "given" or fit.cost > chance * problem.rows:
+        if not len(fit) or o.noise != "given" or core_cost(fit, o) > chance * problem.rows:
             return False
         bound = bound_at(problem, fit.lights)
         if uncertain(problem, fit.lights, bound, o) or inseparable(fit.lights, bound.position):
@@ -185,13 +187,28 @@ KEPT = 0.9
 """Share of the residuals that tell what lights leave."""
 
 
-def grow(s: Search, beam: int) -> None:
+def open_with(s: Search, ground) -> None:
+    """The opening."""
+    from lightloc.opening import opened
+
+    def told(one: Descents) -> bool:
+        fit = sharpened(s.tight, one, s.o, deep=s.tight.surfels.double)
+        if is_explained(fit, s.tight, s.o):
+            fit = prune(s.tight, fit, s.o)
+        s.keep("open", fit)
+        return s.ended
+
+    opened(s.tight, ground.sampled, ground.dictionary, s.o, told)
+
+
+def grow(s: Search, beam: int, front=None) -> None:
     """Add lights one by one, keeping the ``beam`` best hypotheses, while there is a gain.
 
     A later growth goes on to as many lights as the best has.
     """
     o, c = s.o, s.tight.radiance.shape[1]
     front, idle = Descents.of(np.zeros((1, 0, 3)), np.zeros((1, 0, c))), 0
+    if len(s.best): front = start_at(s.best.lights)
     while front.positions.shape[1] < o.most_lights and idle < o.patience and not s.ended:
         loss = spread_of(residuals(s.loose, lights_of(front)), o)
         starts = births(s.loose, s.dictionary, front, loss, o.candidates, o)

@@ -16,7 +16,7 @@ from lightloc.lights import PointLights
 from lightloc.observations import Observations
 from lightloc.parameters import channels_last
 from lightloc.penumbra import visible_about
-from lightloc.surfels import Surfels, columns, pick, shade, surfels, unoccluded, visible
+from lightloc.surfels import Surfels, columns, pick, shade, surfels, unoccluded_slope, visible
 
 LANES = 1 << 22
 """Most (q, p) pairs in one kernel launch: 4 Mi pairs keep temporaries under 200 MB."""
@@ -55,54 +55,76 @@ def shading_gradient(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """S(q, p) and dS/dp at (k, 3) positions: (n, k, c) and (n, k, c, len(axes)).
 
-    Derivatives by forward automatic differentiation through the BRDF, whatever it is. V is held
+    Derivatives in closed form where the BRDF has one, else by automatic differentiation. V is held
     constant, as it is everywhere but on a shadow's edge, and the gradient is 0 where S is. With
     ``blur``, in metres, V is a mean over positions that far about p (`visible_about`), and its
     slope, by Stein's identity, has its part in the gradient.
     """
     s = q if isinstance(q, Surfels) else surfels(q)
-    with doubles(s.double):
-        return _shading_gradient(s, positions, geometry, blur, axes)
+    points = array("positions", positions, (None, 3))
+    S, gradient = slopes(s, points, axes)
+    if geometry is not None or not s.flat:
+        V, turn = shadows(s, points, geometry, blur, axes)
+        gradient = gradient * V
+        if turn is not None:
+            gradient = gradient + S[:, None] * turn
+        S = S * V
+    return S.transpose(2, 1, 0).astype(float), gradient.transpose(3, 2, 0, 1).astype(float)
 
 
-def _shading_gradient(
-    s: Surfels,
-    positions: ArrayLike,
-    geometry: Geometry | None,
-    blur: float,
-    axes: Sequence[int] | NDArray[np.intp],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    f = types()
+def slopes(
+    s: Surfels, positions: NDArray, axes: Sequence[int] | NDArray[np.intp] = (0, 1, 2)
+) -> tuple[NDArray, NDArray]:
+    """S with V = 1 and dS/dp at (k, 3) positions, in the kernel's own precision.
+
+    Returns (c, k, n) and (c, d, k, n), where d is the number of axes.
+    """
     values, gradients = [], []
-    for i, p, k in _pairs(s.n, positions):
-        plain = dr.detach(unoccluded(s, i, p))
-        if blur and geometry is not None:
-            seen, slope = visible_about(s, i, p, geometry, blur, len(axes) == 2)
-        else:
-            seen, slope = dr.select(visible(s, i, p, geometry), f.Float(1), 0), None
-        along = []
-        for axis in axes:
-            t = f.Float(0)
-            dr.enable_grad(t)
-            moved = f.Array3f(*(p[a] + t if a == axis else p[a] for a in range(3)))
-            value = unoccluded(s, i, moved)
-            dr.set_grad(t, 1)
-            dr.forward_to(value)
-            change = dr.select(plain > 0, dr.grad(value), 0) * seen
-            along.append(change if slope is None else change + plain * slope[int(axis)])
-        plain = plain * seen
-        dr.eval(plain, along)
-        size = s.n * k
-        values.append(channels_last(plain, size).reshape(k, s.n, -1))
-        gradients.append(
-            np.stack([channels_last(a, size) for a in along], axis=-1).reshape(
-                k, s.n, -1, len(axes)
-            )
-        )
-    return (
-        np.concatenate(values).transpose(1, 0, 2),
-        np.concatenate(gradients).transpose(1, 0, 2, 3),
-    )
+    with doubles(s.double):
+        for i, p, k in _pairs(s.n, positions):
+            value, gradient = unoccluded_slope(s, i, p)
+            along = [gradient[int(axis)] for axis in axes]
+            dr.eval(value, along)
+            values.append(_numpy(value, k, s.n))
+            gradients.append(np.stack([_numpy(a, k, s.n) for a in along], axis=1))
+    return _joined(values, 1), _joined(gradients, 2)
+
+
+def shadows(
+    s: Surfels,
+    positions: NDArray,
+    geometry: Geometry | None,
+    blur: float = 0.0,
+    axes: Sequence[int] | NDArray[np.intp] = (0, 1, 2),
+) -> tuple[NDArray, NDArray | None]:
+    """V between every observation and (k, 3) positions: (k, n), and its slope (d, k, n).
+
+    0 or 1 and no slope without ``blur``; else as `visible_about` says.
+    """
+    f, seen, slope = types(), [], []
+    soft = bool(blur) and geometry is not None
+    with doubles(s.double):
+        for i, p, k in _pairs(s.n, positions):
+            if soft:
+                assert geometry is not None
+                V, turn = visible_about(s, i, p, geometry, blur, len(axes) == 2)
+                along = [turn[int(axis)] for axis in axes]
+                dr.eval(V, along)
+                slope.append(np.stack([a.numpy().reshape(k, s.n) for a in along]))
+            else:
+                V = dr.select(visible(s, i, p, geometry), f.Float(1), 0)
+            seen.append(np.reshape(V.numpy(), (k, s.n)))
+    return _joined(seen, 0), _joined(slope, 1) if soft else None
+
+
+def _numpy(value: Any, k: int, n: int) -> NDArray:
+    """A kernel's Float or Array3f over pairs as (c, k, n)."""
+    channels = [value] if dr.depth_v(value) == 1 else list(value)
+    return np.stack([c.numpy().reshape(k, n) for c in channels])
+
+
+def _joined(blocks: list[NDArray], axis: int) -> NDArray:
+    return blocks[0] if len(blocks) == 1 else np.concatenate(blocks, axis=axis)
 
 
 def radiance(

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lightloc.backend import doubles, reals, types
-from lightloc.brdf import BRDF, Scatter
+from lightloc.brdf import BRDF, Scatter, Slope, Sloped
 from lightloc.geometry import RAY_OFFSET, Geometry
 from lightloc.observations import Observations
 
@@ -27,6 +27,7 @@ class Surfels:
     start: Any  # x moved off its surface, where shadow rays begin
     scatter: Scatter
     flat: bool  # facets are the normals: below one, nothing scatters anyway
+    slope: Slope | None = None  # the derivative of S in closed form, where the material has one
     material: BRDF | None = None  # what ``scatter`` was bound from, where it is known
     double: bool = False  # whether kernels over these compute in 64 bits
 
@@ -38,16 +39,29 @@ class Surfels:
     def _take(self, some: NDArray) -> Surfels:
         f = types()
         rows = f.UInt32(np.asarray(some, np.uint32))
-        scatter = self.scatter
+        scatter, slope = self.scatter, self.slope
 
         def scatter_some(i: Any, normal: Any, l: Any, w: Any) -> Any:
             return scatter(dr.gather(f.UInt32, rows, i), normal, l, w)
+
+        def slope_some(i: Any, normal: Any, v: Any, w: Any) -> tuple[Any, Any]:
+            assert slope is not None
+            return slope(dr.gather(f.UInt32, rows, i), normal, v, w)
 
         columns = (self.x, self.normal, self.w, self.facet, self.start)
         x, normal, w, facet, start = (pick(v, rows) for v in columns)
         dr.eval(x, normal, w, facet, start)
         return Surfels(
-            len(some), x, normal, w, facet, start, scatter_some, self.flat, None, self.double
+            n=len(some),
+            x=x,
+            normal=normal,
+            w=w,
+            facet=facet,
+            start=start,
+            scatter=scatter_some,
+            flat=self.flat,
+            slope=slope_some if slope else None,
+            double=self.double,
         )
 
 
@@ -67,6 +81,7 @@ def surfels(q: Observations, double: bool = False) -> Surfels:
             start=columns(q.positions + offset * q.facets),
             scatter=q.material.bind(len(q)),
             flat=bool((q.facets == q.normals).all()),
+            slope=q.material.bind_slope(len(q)) if isinstance(q.material, Sloped) else None,
             material=q.material,
             double=double,
         )
@@ -90,6 +105,33 @@ def unoccluded(s: Surfels, i: Any, p: Any) -> Any:
     d2 = dr.squared_norm(to_light)
     l = to_light * dr.rsqrt(d2)
     return s.scatter(i, pick(s.normal, i), l, pick(s.w, i)) / d2
+
+
+def unoccluded_slope(s: Surfels, i: Any, p: Any) -> tuple[Any, list[Any]]:
+    """S(q_i, p) with V = 1 and its gradient in p: a Float or an Array3f, and three of them.
+
+    In closed form where the material has one; else by reverse automatic differentiation, once a
+    channel. The gradient is 0 where S is.
+    """
+    x, normal, w = pick(s.x, i), pick(s.normal, i), pick(s.w, i)
+    if s.slope:
+        return s.slope(i, normal, p - x, w)
+    channels = 1 if dr.depth_v(unoccluded(s, i, p)) == 1 else 3
+    values, gradients = [], []
+    for channel in range(channels):
+        here = type(p)(p)
+        dr.enable_grad(here)
+        value = unoccluded(s, i, here)
+        value = value if channels == 1 else value[channel]
+        dr.backward(value)
+        slope = dr.grad(here)
+        value = dr.detach(value)
+        values.append(value)
+        gradients.append([dr.select(value > 0, a, 0) for a in slope])
+    if channels == 1:
+        return values[0], gradients[0]
+    colour = type(p)
+    return colour(*values), [colour(*(g[axis] for g in gradients)) for axis in range(3)]
 
 
 def visible(s: Surfels, i: Any, p: Any, geometry: Geometry | None, active: Any = True) -> Any:
