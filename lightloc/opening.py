@@ -113,6 +113,8 @@ def through(s: Stage, one: Descents, rng: np.random.Generator, told) -> Descents
     """One stage."""
     if one.positions.shape[1]:
         one = s.descended(one, NEARBY, steps=2 * STEPS)
+        if told(one):
+            return None
     vain = 0
     for _ in range(ROUNDS):
         if vain >= VAIN or s.explains(one) or one.positions.shape[1] >= s.o.most_lights:
@@ -282,5 +284,5 @@ def opened(tight: Problem, sampled: Problem, dictionary: Dictionary, o: Options,
     for level, blur in STAGES:
         s = stage(tight, sampled, dictionary, level, blur if tight.geometry is not None else 0.0, o)
         one = through(s, one, rng, told)
-        if one is None or not one.positions.shape[1] or told(one):
+        if one is None or not one.positions.shape[1]:
             return

@@ -32,7 +32,7 @@ def polished(
     return starts
 
 
-def sharpened(problem: Problem, start: Descents, o: Options, deep: bool = True) -> Fit:
+def sharpened(problem: Problem, start: Descents, o: Options, deep: bool = True, patient: bool = True) -> Fit:
     """Refine one start with true shadows and a loss that flattens ever nearer; ``deep`` to the end.
 
     Shadows' edges leave a few observations on the wrong side: a loss wider than they are off
@@ -45,6 +45,8 @@ def sharpened(problem: Problem, start: Descents, o: Options, deep: bool = True) 
         start = polished(problem, start, loss, o.thorough, (0.0,), o, True)
         if loss <= o.outlier or np.isinf(loss):
             break
+        if not patient and spread_of(residuals(problem, lights_of(start)), o) > max(HOPELESS * o.outlier, loss / 2):
+            return unmoved(problem, start, o)
     if deep and (loss < WORTH_DEPTH * o.outlier or np.isinf(loss)):
         start = descend(
             problem,
@@ -85,6 +87,7 @@ def over_edges(problem: Problem, fit: Fit, o: Options) -> Fit:
     return fit
 
 
+HOPELESS = 4.0
 WORTH_DEPTH = 100.0
 """Losses so many times as wide as the narrowest are too far off for the last, deep descent."""
 

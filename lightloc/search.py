@@ -90,11 +90,6 @@ class Search:
         chance = 1 + LUCK * np.sqrt(2 / problem.rows)
         if not len(fit) or o.noise != "given" or core_cost(fit, o) > chance * problem.rows:
             return False
-        bound = bound_at(problem, fit.lights)
-        if uncertain(problem, fit.lights, bound, o) or inseparable(fit.lights, bound.position):
-            return False
-        if (resolution(problem, fit.lights) > o.cluster * problem.size).any():
-            return False
         return self.certificate(problem, fit)[0] ** 2 < least_gain(problem, o)
 
     def certificate(self, whole: Problem, fit: Fit) -> tuple[float, NDArray[np.float64]]:
@@ -192,9 +187,11 @@ def open_with(s: Search, ground) -> None:
     from lightloc.opening import opened
 
     def told(one: Descents) -> bool:
-        fit = sharpened(s.tight, one, s.o, deep=s.tight.surfels.double)
+        fit = sharpened(s.tight, one, s.o, deep=s.tight.surfels.double, patient=False)
         if is_explained(fit, s.tight, s.o):
             fit = prune(s.tight, fit, s.o)
+            if s.blurs[0] and not s.tight.surfels.double:
+                fit = over_edges(s.tight, fit, s.o)
         s.keep("open", fit)
         return s.ended
 
