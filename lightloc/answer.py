@@ -16,7 +16,6 @@ from lightloc.lights import PointLights
 from lightloc.noise import level_of
 from lightloc.observations import Observations
 from lightloc.options import Options
-from lightloc.polish import is_explained
 from lightloc.result import Localization, Reason, Step
 from lightloc.search import Search
 from lightloc.solve import Fit, Problem, amounts
@@ -36,10 +35,10 @@ from lightloc.verdicts import (
 
 def answer(q: Observations, problem: Problem, fit: Fit, o: Options, search: Search) -> Localization:
     """How sure the lights are, what cannot be told, and why the search stopped."""
-    count = len(fit)
-    wide = None if o.rough else extended(problem, fit, o)
+    count, criterion = len(fit), search.criterion
+    wide = None if search.rough else extended(problem, fit, criterion, o.cluster)
     left = Fit(wide.points, wide.fit.residual, wide.fit.cost) if wide else fit
-    peak = np.nan if o.rough else search.certificate(problem, left)[0]
+    peak = np.nan if search.rough else search.certificate(problem, left)[0]
     if wide is None:
         fit = Fit(fit.lights.brightest_first(), fit.residual, fit.cost)
         width = np.zeros(len(fit))
@@ -48,14 +47,14 @@ def answer(q: Observations, problem: Problem, fit: Fit, o: Options, search: Sear
     level = max(1.0, level_of(fit.residual)) if len(lights) else 1.0
     verdicts = [
         *too_few(problem, lights),
-        *mirrored(problem, lights, level, o),
+        *mirrored(problem, lights, level, criterion, o),
         *hidden(search.dictionary, problem.geometry, problem.axes),
         *spread_out(wide.width),
     ]
     if not len(lights):
         few = any(verdict.kind is Kind.TOO_FEW for verdict in verdicts)
         reason = Reason.UNDECIDED if few else Reason.DARK
-    elif not is_explained(fit, problem, o):
+    elif not criterion.is_explained(problem, fit):
         reason = Reason.MOST_LIGHTS if count >= o.most_lights else Reason.NO_GAIN
         verdicts.insert(0, unexplained(fit, problem))
     else:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
 from lightloc.grid import Grid
-from lightloc.shading import shading
+from lightloc.shading import shaded
 from lightloc.solve import Problem
 
 
@@ -59,8 +59,9 @@ class Dictionary:
 
 def atoms_at(problem: Problem, points: NDArray) -> NDArray[np.float32]:
     """S / sigma at (g, 3) points: (c, g, n)."""
-    S = shading(problem.surfels, points, problem.geometry)
-    return np.ascontiguousarray((S / problem.sigma[:, None]).transpose(2, 1, 0), dtype=np.float32)
+    S = shaded(problem.surfels, points, problem.geometry)
+    weight = (1 / problem.sigma).T[:, None].astype(np.float32)
+    return S.astype(np.float32, copy=False) * weight
 
 
 def caps(problem: Problem, atoms: NDArray) -> NDArray[np.float64]:
@@ -121,6 +122,16 @@ def gains_of(atoms: NDArray, energies: NDArray, cap: NDArray, left: Left) -> NDA
         I = np.minimum(a / b, cap[:, c])
         total += 2 * a * I - b * I * I
     return total
+
+
+def unbounded_gains(atoms: NDArray, left: Left) -> NDArray[np.float64]:
+    """`gains_of` atoms (c, g, n) where nothing says how bright a light can be.
+
+    D(p) caps a light by its darkest observation: one that lies in a shadow which the geometry
+    does not have makes the true light impossible.
+    """
+    free = np.full((atoms.shape[1], len(atoms)), np.inf)
+    return gains_of(atoms, np.square(atoms), free, left)
 
 
 ENERGY_LEFT = 1e-3

@@ -5,16 +5,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from lightloc.candidates import Dictionary, Left
+from lightloc.candidates import Dictionary, Left, atoms_at, caps, gains_of
 from lightloc.certainty import jacobian
+from lightloc.criterion import Likelihood
 from lightloc.lights import PointLights
 from lightloc.moves import zoomed
-from lightloc.options import Options
-from lightloc.polish import FEW
 from lightloc.solve import Problem, residuals, whitened
 
-PEAKS = 12
-"""Local maxima over the coarse grid that are followed to their tops, over all observations."""
+PEAKS = 4
+"""Local maxima over the coarse grid that are followed to their tops, over the sample."""
 
 
 def certificate(
@@ -22,7 +21,7 @@ def certificate(
     sampled: Problem,
     dictionary: Dictionary,
     lights: PointLights,
-    o: Options,
+    likelihood: Likelihood,
 ) -> tuple[float, NDArray[np.float64]]:
     """The largest normalized correlation of the residual with a further light, anywhere.
 
@@ -36,23 +35,23 @@ def certificate(
 
     Returns standard errors (over several channels, the root of the sum of squares), and p.
     """
-    gains = dictionary.gains(_left(sampled, lights, o))
-    left = _left(problem, lights, o)
-    best, where = 0.0, dictionary.points[0]
-    for peak in dictionary.peaks(gains, PEAKS):
-        p, gain = zoomed(problem, dictionary.points[peak], dictionary.grid.step, left, o)
-        if gain > best:
-            best, where = gain, p
-    return float(np.sqrt(best)), where
+    seen = _left(sampled, lights, likelihood)
+    peaks = dictionary.peaks(dictionary.gains(seen), PEAKS)
+    if not len(peaks):
+        return 0.0, dictionary.points[0]
+    reach = dictionary.grid.step
+    tops = np.stack([zoomed(sampled, dictionary.points[j], reach, seen)[0] for j in peaks])
+    atoms = atoms_at(problem, tops)
+    gains = gains_of(atoms, np.square(atoms), caps(problem, atoms), _left(problem, lights, likelihood))
+    best = int(np.argmax(gains))
+    return float(np.sqrt(gains[best])), tops[best]
 
 
-def _left(problem: Problem, lights: PointLights, o: Options) -> Left:
+def _left(problem: Problem, lights: PointLights, likelihood: Likelihood) -> Left:
     """What is left beside all that the fit has adapted to: the lights' own derivatives."""
     z = residuals(problem, lights)
     tangent = whitened(problem, lights.positions[:0])  # an ambient term
     if len(lights):
         J = jacobian(problem, lights).transpose(1, 2, 0)
         tangent = np.concatenate([J, tangent], axis=1)
-    trust = np.where(np.abs(z) > o.outlier, 0.0, 1 / (1 + np.square(z / o.outlier)))
-    if (trust == 0).mean() > FEW: trust = 1 / (1 + np.square(z / o.outlier))
-    return Left.beside(tangent, z, trust)
+    return Left.beside(tangent, z, likelihood.trust(z))

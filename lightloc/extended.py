@@ -21,9 +21,9 @@ from scipy.sparse.csgraph import connected_components
 from lightloc.certainty import Bound, covariance_of, jacobian
 from lightloc.lights import PointLights
 from lightloc.moves import MERGE
-from lightloc.options import Options
-from lightloc.polish import cost_at, least_gain, noise_level
-from lightloc.solve import Fit, Problem, residuals, robust
+from lightloc.criterion import Criterion, Likelihood
+from lightloc.polish import THOROUGH
+from lightloc.solve import Fit, Problem, residuals
 
 ROUND = 1e-2
 """Share of its length that a shape has across the line on which two points lie, to begin with."""
@@ -133,30 +133,31 @@ class Unknowns:
         return PointLights(p, x[m * d :].reshape(m, self.channels))
 
 
-def extended(problem: Problem, fit: Fit, o: Options) -> Extended | None:
+def extended(problem: Problem, fit: Fit, criterion: Criterion, widest: float) -> Extended | None:
     """The lights with those joined that one wide light explains as well; None where none is so.
 
-    What is joined is as wide as `Options.cluster` at most, and loses less chi-square than a further
+    What is joined is as wide as ``widest`` at most, of the longest side, and loses less chi-square than a further
     light would have to gain.
     """
     best, groups = None, [[i] for i in range(len(fit))]
-    level, price = noise_level([fit], o), least_gain(problem, o)
-    for close in gathered(problem, fit.lights, o):
+    level, price = criterion.level([fit]), criterion.price(problem)
+    cost = criterion.likelihood.cost
+    for close in gathered(problem, fit.lights, widest):
         tried = [group for group in groups if group[0] not in close] + [close]
-        wide = joined(problem, fit.lights, sorted(tried, key=len), o)
-        lost = cost_at(level, wide.fit, o) - cost_at(level, fit, o)
-        if lost < price and wide.width.max() < o.cluster * problem.size:
+        wide = joined(problem, fit.lights, sorted(tried, key=len), criterion.likelihood)
+        lost = cost(wide.fit.residual, level) - cost(fit.residual, level)
+        if lost < price and wide.width.max() < widest * problem.size:
             best, groups = wide, tried
     return best.brightest_first() if best else None
 
 
-def gathered(problem: Problem, lights: PointLights, o: Options) -> list[list[int]]:
+def gathered(problem: Problem, lights: PointLights, widest: float) -> list[list[int]]:
     """Groups of lights whose spread is small for what they send."""
     p, I = lights.positions, lights.intensities.mean(axis=1)
     apart = np.linalg.norm(p[:, None] - p, axis=2)
     power = np.maximum(np.add.outer(I, I), np.finfo(float).tiny)
     width = 2 * np.sqrt(np.outer(I, I)) / power * apart
-    close = (width < o.cluster * problem.size) & (apart < MERGE * problem.size)
+    close = (width < widest * problem.size) & (apart < MERGE * problem.size)
     close &= np.multiply.outer(I, I) > 0
     count, group = connected_components(close, directed=False)
     groups = [np.flatnonzero(group == i).tolist() for i in range(count)]
@@ -164,7 +165,10 @@ def gathered(problem: Problem, lights: PointLights, o: Options) -> list[list[int
 
 
 def joined(
-    problem: Problem, lights: PointLights, groups: Sequence[Sequence[int]], o: Options
+    problem: Problem,
+    lights: PointLights,
+    groups: Sequence[Sequence[int]],
+    likelihood: Likelihood,
 ) -> Extended:
     """Refine with each group of several lights as one wide light; groups of one come first."""
     x, unknowns = start(problem, lights, groups)
@@ -180,20 +184,20 @@ def joined(
     low, high = np.full((2, len(x)), [[-np.inf], [np.inf]])
     low[:first], high[:first] = np.tile(problem.bounds[:, problem.axes], len(groups))
     low[first:shapes] = 0.0
-    plain = np.isinf(o.outlier)
+    plain = np.isinf(likelihood.scale)
     x = least_squares(
         lambda x: left(x).ravel(),
         np.clip(x, low, high),
         slopes,
         bounds=(low, high),
         loss="linear" if plain else "cauchy",
-        f_scale=1.0 if plain else o.outlier,
+        f_scale=1.0 if plain else likelihood.scale,
         x_scale="jac",
-        max_nfev=o.thorough,
+        max_nfev=THOROUGH[0],
     ).x
     z, spread = left(x), covariance_of(slopes(x))[:shapes, :shapes]
     return Extended(
-        Fit(unknowns.centroids(x), z, robust(z, o.outlier)),
+        Fit(unknowns.centroids(x), z, likelihood.cost(z)),
         unknowns.width(x),
         Bound.of(spread, problem.axes, len(groups), lights.channels),
         unknowns.expanded(x),

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from lightloc.ambient import reflected_ambient
 from lightloc.candidates import Dictionary, atoms_at
+from lightloc.criterion import Criterion
 from lightloc.geometry import Geometry
 from lightloc.grid import Grid
 from lightloc.noise import is_exact, search_sigma, working_sigma
@@ -18,6 +19,7 @@ from lightloc.options import Options
 from lightloc.result import Step
 from lightloc.search import Search
 from lightloc.solve import Problem
+from lightloc.surfels import surfels
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +29,7 @@ class Ground:
     Args:
         whole: all observations, with the B and the sigma that it was made of.
         some: indices of the sample; None where it is all of them.
-        sampled: the problem that ``dictionary`` was made over.
+        sampled: the problem that ``dictionary`` was made over, in 32 bits.
         is_open: nothing comes between any of them and any position of the grid.
     """
 
@@ -53,24 +55,44 @@ class Ground:
         some = None
         if o.sample < n:
             some = np.sort(np.random.default_rng(seed).permutation(n)[: o.sample])
-        sampled = whole if some is None else whole.rows_of(some)
+        single = replace(whole, surfels=surfels(q)) if exact else whole
+        sampled = single if some is None else single.rows_of(some)
         cells = o.cells_2d if len(whole.axes) == 2 else o.cells
         dictionary = Dictionary.over(sampled, Grid.over(whole.bounds, cells))
         is_open = geometry is None or not occludes(sampled, dictionary)
         return Ground(whole, some, sampled, dictionary, is_open)
 
     def search(
-        self, whole: Problem, o: Options, enough: float, watch: Callable[[Step], None]
+        self,
+        whole: Problem,
+        o: Options,
+        criterion: Criterion,
+        watch: Callable[[Step], None],
+        *,
+        enough: float = 0.0,
+        rough: bool = False,
     ) -> Search:
         """A search over these observations with the B and the sigma of ``whole``."""
-        tight = whole if self.some is None else whole.rows_of(self.some)
-        blurs = tuple(blur * whole.size for blur in o.blurs)
-        if self.is_open:
-            tight, blurs = replace(tight, geometry=None), (0.0,)
-        loose = replace(tight, sigma=search_sigma(tight, o))
+        geometry = None if self.is_open else whole.geometry
+        tight = replace(whole if self.some is None else whole.rows_of(self.some), geometry=geometry)
+        sampled = replace(self.sampled, radiance=tight.radiance, geometry=geometry)
+        loose = replace(sampled, sigma=search_sigma(tight))
+        hard = self.is_open or rough
         return Search(
-            tight, loose, self.dictionary.under(self.sampled, loose), blurs, o, enough, watch
+            tight=tight,
+            loose=loose,
+            dictionary=self.dictionary.under(self.sampled, loose),
+            blurs=(0.0,) if hard else tuple(blur * whole.size for blur in BLURS),
+            most_lights=o.most_lights,
+            criterion=criterion,
+            enough=enough,
+            rough=rough,
+            watch=watch,
         )
+
+
+BLURS = (0.02, 0.005, 0.0)
+"""Of the longest side: widths that shadows' edges get one after the other."""
 
 
 def occludes(problem: Problem, dictionary: Dictionary) -> bool:

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from lightloc.answer import answer
 from lightloc.checks import array
+from lightloc.criterion import Criterion
 from lightloc.geometry import Geometry
 from lightloc.ground import Ground
 from lightloc.indirect import remove_indirect
@@ -18,11 +19,11 @@ from lightloc.noise import is_exact, working_sigma
 from lightloc.observations import Observations
 from lightloc.options import Options
 from lightloc.paper import Paper
-from lightloc.polish import is_explained
+from lightloc.opening import opened
 from lightloc.published import published
 from lightloc.result import Localization, Step
 from lightloc.rounds import Indirect, rounds
-from lightloc.search import grow, improve, open_with
+from lightloc.search import grow, improve
 from lightloc.settle import settled
 from lightloc.surface import Surface
 
@@ -48,8 +49,8 @@ def localize(
         bounds: (2, 3) corners of the region that may hold lights, metres; the observations'
             bounding box where None.
         options: the method's defaults, replaced: `Options`, or `Paper` for "paper".
-        surface: distances along the observed surface, which only "paper" asks for; shortest
-            paths over neighbouring observations where None.
+        surface: distances along the observed surface, which only "paper" asks for; along the
+            walls of a 2D scene, else shortest paths over neighbouring observations, where None.
         indirect: the interreflected light of a light of intensity 1 at each of (k, 3) positions,
             and its standard error, each (n, k, c), as `render.interreflected` gives it. Then what
             the found lights bring by way of the surfaces is subtracted, and searched again until
@@ -89,17 +90,18 @@ def localize(
         return published(q, geometry, region, o, surface, watch)
     ground = Ground.of(q, geometry, region, o, seed)
     if not observations.interreflected:
-        return searched(q, ground, o, watch)
-    removed = replace(o, shared=o.after_removal, slack=o.slack_after_removal)
+        return searched(q, ground, o, Criterion.of(o), watch)
+    removed = Criterion.of(o).after_removal()
     if indirect is None:
-        return searched(q, ground, removed, watch)
+        return searched(q, ground, o, removed, watch)
 
     def search(rest: Observations, start: PointLights | None) -> Localization:
+        if start:
+            return searched(rest, ground, o, Criterion.of(o), watch, start)
         # what footnote 1 leaves is no error of the model: rendered light will tell more
-        first = replace(removed, rough=True, blurs=(0.0,), stalled=o.most_lights)
-        found = searched(rest, ground, o if start else first, watch, start)
+        found = searched(rest, ground, o, removed, watch, rough=True)
         # a guess of darkness is no answer
-        return found if start or len(found.lights) else searched(rest, ground, removed, watch)
+        return found if len(found.lights) else searched(rest, ground, o, removed, watch)
 
     return rounds(observations, q, geometry, region, indirect, search, o, watch)
 
@@ -107,34 +109,37 @@ def localize(
 METHODS: dict[str, type[Options] | type[Paper]] = {"search": Options, "paper": Paper}
 
 
+SILENT = 0.03
+"""Chi-square a residual of exact observations: float32's own, measured."""
+
+
 def searched(
     q: Observations,
     ground: Ground,
     o: Options,
+    criterion: Criterion,
     watch: Callable[[Step], None],
     start: PointLights | None = None,
+    rough: bool = False,
 ) -> Localization:
-    """Ours: grow the set of lights over some observations, then settle it over all."""
+    """Ours: climb to a set of lights over some observations, then settle it over all.
+
+    A ``rough`` answer is to be searched on from: neither exchanged nor settled nor judged.
+    """
     exact = is_exact(q) and o.noise == "given"
-    if exact:
-        o = replace(o, thorough=o.thorough_exact, settled=o.settled_exact)
     whole = replace(ground.whole, radiance=q.radiance, sigma=working_sigma(q, o))
-    search = ground.search(whole, o, o.silent if exact else 0.0, watch)
+    enough = SILENT if exact else 0.0
+    search = ground.search(whole, o, criterion, watch, enough=enough, rough=rough)
     if start:
         search.start(start)
     else:
-        front = open_with(search, ground)
-        grow(search, 1, front)
-        if exact:  # what is left is no noise: other hypotheses before any exchange
-            grow(search, o.beam)
-    if not (o.rough or (start and is_explained(search.best, search.tight, o))):
+        opened(search)
+        grow(search)
+    if not (rough or (start and criterion.is_explained(search.tight, search.best))):
         improve(search)
-    if not (exact or o.rough or is_explained(search.best, search.tight, o)):
-        grow(search, o.beam)
-        improve(search)
-    if o.noise == "given" and not is_explained(search.best, search.tight, o):
+    if o.noise == "given" and not criterion.is_explained(search.tight, search.best):
         # an error of the model is shared by neighbours too
-        search.o = o = replace(o, shared=max(o.shared, o.after_removal))
-    best, whole = settled(whole, search, o)
+        search = replace(search, criterion=criterion.doubting())
+    best, whole = settled(whole, search)
     search.history.append(Step("polish on all observations", len(best), best.cost / whole.rows))
     return answer(q, whole, best, o, search)

@@ -15,18 +15,21 @@ from lightloc.certainty import covariance
 from lightloc.grid import Grid
 from lightloc.levenberg import Descents
 from lightloc.lights import PointLights
-from lightloc.options import Options
 from lightloc.solve import Problem, intensities, residuals, whitened
 
 SPLIT = 0.03
 """Of the longest side: how far from a light its two halves start, along each axis."""
+
+ZOOMS, ZOOM = 2, 5
+"""Finer grids about a peak, so that a shadow's edge starts on its right side, and their cells along
+each axis."""
 
 MERGE = 0.2
 """Of the longest side: pairs nearer than this may be one light."""
 
 
 def births(
-    problem: Problem, dictionary: Dictionary, front: Descents, loss: float, most: int, o: Options
+    problem: Problem, dictionary: Dictionary, front: Descents, loss: float, most: int
 ) -> Descents:
     """Each hypothesis with one more light, at each of the ``most`` places where it gains most.
 
@@ -41,7 +44,7 @@ def births(
         gains = dictionary.gains(left)
         for peak in dictionary.peaks(gains, most):
             at, reach = dictionary.points[peak], dictionary.grid.step
-            at, _ = zoomed(problem, at, reach, left, o)
+            at, _ = zoomed(problem, at, reach, left)
             starts.append(np.concatenate([p, at[None]]))
     return _lit(problem, starts, front)
 
@@ -51,15 +54,14 @@ def zoomed(
     p: NDArray,
     reach: NDArray,
     left: Left,
-    o: Options,
 ) -> tuple[NDArray, float]:
     """The position of largest gain within ``reach`` of p, on grids that grow finer; its gain."""
     best = 0.0
-    for _ in range(o.zooms):
-        points = Grid.around(p, reach, problem.bounds, o.zoom).points
+    for _ in range(ZOOMS):
+        points = Grid.around(p, reach, problem.bounds, ZOOM).points
         atoms = atoms_at(problem, points)
         gains = gains_of(atoms, np.square(atoms), caps(problem, atoms), left)
-        p, reach, best = points[np.argmax(gains)], reach * 2 / o.zoom, float(gains.max())
+        p, reach, best = points[np.argmax(gains)], reach * 2 / ZOOM, float(gains.max())
     return p, best
 
 

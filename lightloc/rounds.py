@@ -19,12 +19,12 @@ from scipy.optimize import linear_sum_assignment
 from lightloc.all_light import Split, above_zero, straight, together
 from lightloc.answer import judged
 from lightloc.certainty import inseparable
+from lightloc.criterion import Criterion
 from lightloc.geometry import Geometry
 from lightloc.lights import PointLights
 from lightloc.noise import working_sigma
 from lightloc.observations import Observations
 from lightloc.options import Options
-from lightloc.polish import is_explained
 from lightloc.result import Localization, Reason, Step
 from lightloc.solve import Fit, Problem
 from lightloc.verdicts import Kind, Verdict, unexplained
@@ -141,7 +141,7 @@ def whole(found: Localization, split: Split, problem: Problem, o: Options) -> Lo
     z, cost = split.residual(lights.intensities), split.cost(lights.intensities)
     reason, verdicts = found.reason, found.verdicts
     fit = Fit(lights, z, cost)
-    if explains(found) and not is_explained(fit, problem, o):
+    if explains(found) and not Criterion.of(o).is_explained(problem, fit):
         reason, verdicts = Reason.NO_GAIN, (unexplained(fit, problem), *verdicts)
     now = replace(
         found,

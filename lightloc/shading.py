@@ -14,7 +14,6 @@ from lightloc.checks import array
 from lightloc.geometry import Geometry
 from lightloc.lights import PointLights
 from lightloc.observations import Observations
-from lightloc.parameters import channels_last
 from lightloc.penumbra import visible_about
 from lightloc.surfels import Surfels, columns, pick, shade, surfels, unoccluded_slope, visible
 
@@ -38,12 +37,19 @@ def shading(
     True
     """
     s = q if isinstance(q, Surfels) else surfels(q)
+    points = array("positions", positions, (None, 3))
+    return shaded(s, points, geometry).transpose(2, 1, 0).astype(float)
+
+
+def shaded(s: Surfels, positions: NDArray, geometry: Geometry | None) -> NDArray:
+    """S at (k, 3) positions as (c, k, n), in the kernel's own precision."""
     blocks = []
     with doubles(s.double):
         for i, p, k in _pairs(s.n, positions):
             value = shade(s, i, p, geometry)
-            blocks.append(channels_last(value, s.n * k).reshape(k, s.n, -1))
-    return np.concatenate(blocks).transpose(1, 0, 2)
+            dr.eval(value)
+            blocks.append(_numpy(value, k, s.n))
+    return _joined(blocks, 1)
 
 
 def shading_gradient(
@@ -110,17 +116,18 @@ def shadows(
                 V, turn = visible_about(s, i, p, geometry, blur, len(axes) == 2)
                 along = [turn[int(axis)] for axis in axes]
                 dr.eval(V, along)
-                slope.append(np.stack([a.numpy().reshape(k, s.n) for a in along]))
+                slope.append(np.concatenate([_numpy(a, k, s.n) for a in along]))
             else:
                 V = dr.select(visible(s, i, p, geometry), f.Float(1), 0)
-            seen.append(np.reshape(V.numpy(), (k, s.n)))
+            seen.append(np.broadcast_to(V.numpy(), k * s.n).reshape(k, s.n))
     return _joined(seen, 0), _joined(slope, 1) if soft else None
 
 
 def _numpy(value: Any, k: int, n: int) -> NDArray:
     """A kernel's Float or Array3f over pairs as (c, k, n)."""
-    channels = [value] if dr.depth_v(value) == 1 else list(value)
-    return np.stack([c.numpy().reshape(k, n) for c in channels])
+    if dr.depth_v(value) == 1:
+        return np.broadcast_to(value.numpy(), k * n).reshape(1, k, n)
+    return np.stack([np.broadcast_to(c.numpy(), k * n).reshape(k, n) for c in value])
 
 
 def _joined(blocks: list[NDArray], axis: int) -> NDArray:

@@ -15,10 +15,11 @@ from scipy.sparse.csgraph import connected_components
 from lightloc.backend import types
 from lightloc.candidates import Dictionary
 from lightloc.certainty import Bound
+from lightloc.criterion import Criterion
 from lightloc.geometry import Geometry
 from lightloc.lights import PointLights
 from lightloc.options import Options
-from lightloc.solve import Fit, Problem, residuals, robust
+from lightloc.solve import Fit, Problem, residuals
 from lightloc.surfels import columns
 
 PLANAR = 1e-6
@@ -121,7 +122,9 @@ def spread_out(width: NDArray) -> list[Verdict]:
     ]
 
 
-def mirrored(problem: Problem, lights: PointLights, level: float, o: Options) -> list[Verdict]:
+def mirrored(
+    problem: Problem, lights: PointLights, level: float, criterion: Criterion, o: Options
+) -> list[Verdict]:
     """Lights that explain as much from the other side of a plane that holds all observations."""
     x = np.stack([np.array(v, np.float64) for v in problem.surfels.x], axis=1)
     middle = x.mean(axis=0)
@@ -129,7 +132,7 @@ def mirrored(problem: Problem, lights: PointLights, level: float, o: Options) ->
     if len(problem.axes) < 3 or s[2] > PLANAR * s[0] or not len(lights):
         return []
     across = axes[2]
-    cost = robust(residuals(problem, lights) / level, o.outlier)
+    cost = criterion.likelihood.cost(residuals(problem, lights), level)
     verdicts = []
     for i, p in enumerate(lights.positions):
         image = p - 2 * across * ((p - middle) @ across)
@@ -138,8 +141,8 @@ def mirrored(problem: Problem, lights: PointLights, level: float, o: Options) ->
             continue
         moved = lights.positions.copy()
         moved[i] = image
-        other = residuals(problem, PointLights(moved, lights.intensities)) / level
-        if robust(other, o.outlier) < cost + o.significant:
+        other = residuals(problem, PointLights(moved, lights.intensities))
+        if criterion.likelihood.cost(other, level) < cost + criterion.significant:
             where = ", ".join(f"{a:.4g}" for a in image)
             said = f"Light {i} may as well be at ({where}): all observations lie in one plane."
             verdicts.append(Verdict(Kind.MIRROR, (i,), said))
