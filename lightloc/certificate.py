@@ -42,7 +42,9 @@ def certificate(
     reach = dictionary.grid.step
     tops = np.stack([zoomed(sampled, dictionary.points[j], reach, seen)[0] for j in peaks])
     atoms = atoms_at(problem, tops)
-    gains = gains_of(atoms, np.square(atoms), caps(problem, atoms), _left(problem, lights, likelihood))
+    gains = gains_of(
+        atoms, np.square(atoms), caps(problem, atoms), _left(problem, lights, likelihood)
+    )
     best = int(np.argmax(gains))
     return float(np.sqrt(gains[best])), tops[best]
 

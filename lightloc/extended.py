@@ -19,9 +19,9 @@ from scipy.optimize import least_squares
 from scipy.sparse.csgraph import connected_components
 
 from lightloc.certainty import Bound, covariance_of, jacobian
+from lightloc.criterion import Criterion, Likelihood
 from lightloc.lights import PointLights
 from lightloc.moves import MERGE
-from lightloc.criterion import Criterion, Likelihood
 from lightloc.polish import THOROUGH
 from lightloc.solve import Fit, Problem, residuals
 
@@ -136,8 +136,8 @@ class Unknowns:
 def extended(problem: Problem, fit: Fit, criterion: Criterion, widest: float) -> Extended | None:
     """The lights with those joined that one wide light explains as well; None where none is so.
 
-    What is joined is as wide as ``widest`` at most, of the longest side, and loses less chi-square than a further
-    light would have to gain.
+    What is joined is as wide as ``widest`` at most, of the longest side, and loses less
+    chi-square than a further light would have to gain.
     """
     best, groups = None, [[i] for i in range(len(fit))]
     level, price = criterion.level([fit]), criterion.price(problem)

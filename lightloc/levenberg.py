@@ -223,7 +223,7 @@ class _Model:
 
     def begun(self, positions: NDArray, intensities: NDArray, loss: NDArray) -> _Place:
         """The starts, within their limits."""
-        m, k, c = intensities.shape
+        m, k, _ = intensities.shape
         if self.unknown is Unknown.LOGARITHM:
             least = DARKEST * intensities.max(axis=(1, 2), keepdims=True, initial=0.0)
             intensities = np.maximum(intensities, np.maximum(least, np.finfo(float).tiny))

@@ -17,9 +17,9 @@ from lightloc.indirect import remove_indirect
 from lightloc.lights import PointLights
 from lightloc.noise import is_exact, working_sigma
 from lightloc.observations import Observations
+from lightloc.opening import opened
 from lightloc.options import Options
 from lightloc.paper import Paper
-from lightloc.opening import opened
 from lightloc.published import published
 from lightloc.result import Localization, Step
 from lightloc.rounds import Indirect, rounds

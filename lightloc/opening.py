@@ -1,4 +1,4 @@
-"""The opening: several lights at once, more than needed and then fewer, through errors that tighten.
+"""The opening: several lights at once, more than needed and then fewer, as errors tighten.
 
 Each stage widens the observations' errors and the edges of shadows, so that what one light does
 is seen from afar. In it lights are born where the residual's gain peaks, several at once; all are
@@ -114,6 +114,8 @@ class Stage:
 
 def opened(s: Search) -> None:
     """Open a search: through all stages, or until what is found is enough."""
+    if s.criterion.is_likely(s.tight, s.darkness):
+        return
     one = Descents.of(np.zeros((1, 0, 3)), np.zeros((1, 0, s.tight.radiance.shape[1])))
     rng = np.random.default_rng(0)
     for level, blur in STAGES:

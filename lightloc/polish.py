@@ -51,7 +51,7 @@ WORTHWHILE = 1.0
 """Chi-square that a step must gain for another."""
 
 FRONT, NEAR_MISS = 3, 20.0
-"""Hypotheses with a light less that are refined further, and least gains that they may be behind."""
+"""Hypotheses with a light less that are refined further; least gains that they may be behind."""
 
 
 def polished(

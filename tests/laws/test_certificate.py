@@ -9,6 +9,7 @@ from lightloc import Conductor, Lambert, Observations, Options, PointLights, loc
 from lightloc.ambient import reflected_ambient
 from lightloc.candidates import Dictionary
 from lightloc.certificate import certificate
+from lightloc.criterion import Likelihood
 from lightloc.grid import Grid
 from lightloc.solve import Problem
 from lightloc.surfels import surfels
@@ -22,7 +23,7 @@ def room():
 
 def certified(problem: Problem, lights: PointLights) -> float:
     dictionary = Dictionary.over(problem, Grid.over(problem.bounds, 2304))
-    return certificate(problem, problem, dictionary, lights, Options())[0]
+    return certificate(problem, problem, dictionary, lights, Likelihood())[0]
 
 
 def posed(q: Observations, B: np.ndarray, sigma: np.ndarray) -> Problem:

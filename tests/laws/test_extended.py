@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from lightloc import Kind, Lambert, Observations, PointLights, Reason, localize, radiance
+from lightloc.criterion import Likelihood
 from lightloc.extended import Unknowns, gathered, joined
 from lightloc.noise import working_sigma
 from lightloc.options import Options
@@ -114,8 +115,8 @@ def test_a_disc_in_a_box(rng):
     q = walls.with_radiance(B, 1e-3 * B)
     problem = Problem.of(q, working_sigma(q, Options()), None, q.bounds)
     pair = PointLights(center + np.array([[0.02, 0, 0], [-0.02, 0, 0]]), [2.5, 2.5])
-    assert gathered(problem, pair, Options()) == [[0, 1]]
-    wide = joined(problem, pair, [[0, 1]], Options())
+    assert gathered(problem, pair, Options().cluster) == [[0, 1]]
+    wide = joined(problem, pair, [[0, 1]], Likelihood())
     assert np.linalg.norm(wide.fit.lights.positions[0] - center) < 0.003  # its own sample's mean
     assert wide.fit.lights.intensities[0, 0] == pytest.approx(5.0, rel=1e-3)
     assert wide.width[0] == pytest.approx(0.04, rel=0.1)  # a disc's standard deviation is r / 2
@@ -128,8 +129,8 @@ def test_lights_at_one_place_and_dark_ones():
     q = seen(room, PointLights([[0.3, 0.25, 0]], [3.0]), 0.01)
     problem = Problem.of(q, q.sigma, None, q.bounds)
     alike = PointLights([[0.3, 0.25, 0], [0.3, 0.25, 0], [0.31, 0.25, 0]], [1.5, 1.5, 0.0])
-    assert gathered(problem, alike, Options()) == [[0, 1]]
-    wide = joined(problem, alike, [[2], [0, 1]], Options())
+    assert gathered(problem, alike, Options().cluster) == [[0, 1]]
+    wide = joined(problem, alike, [[2], [0, 1]], Likelihood())
     assert wide.fit.cost < 1.3 * problem.rows
     assert np.isfinite(wide.fit.lights.positions).all()
 
@@ -140,7 +141,7 @@ def test_wide_lights_stay_in_the_region():
     q = seen(room, segment([0.5, 0.99, 0], 3.0, [1, 0, 0]), 0.01)
     problem = Problem.of(q, q.sigma, None, np.array([[0, 0, 0], [1, 0.985, 0]]))
     pair = PointLights([[0.48, 0.985, 0], [0.52, 0.985, 0]], [1.5, 1.5])
-    wide = joined(problem, pair, [[0, 1]], Options())
+    wide = joined(problem, pair, [[0, 1]], Likelihood())
     assert wide.fit.lights.positions[0, 1] <= 0.985
 
 
@@ -151,7 +152,7 @@ def test_brightest_first_takes_the_errors_along():
     q = seen(room, bar, 0.01)
     problem = Problem.of(q, q.sigma, None, q.bounds)
     three = PointLights([[0.7, 0.8, 0], [0.29, 0.25, 0], [0.31, 0.25, 0]], [0.1, 0.5, 0.5])
-    wide = joined(problem, three, [[0], [1, 2]], Options())
+    wide = joined(problem, three, [[0], [1, 2]], Likelihood())
     first = wide.brightest_first()
     assert wide.width[0] == 0 < wide.width[1] == first.width[0]
     np.testing.assert_array_equal(first.bound.position, wide.bound.position[::-1])

@@ -9,6 +9,7 @@ from scipy.optimize import nnls
 import render
 from lightloc import Lambert, Observations, Options, PointLights, radiance, shading
 from lightloc.certainty import covariance, jacobian
+from lightloc.criterion import Criterion
 from lightloc.moves import start_at
 from lightloc.polish import prune, sharpened
 from lightloc.solve import Fit, Problem, intensities, no_lights, nonnegative, residuals
@@ -16,6 +17,7 @@ from lightloc.solve import Fit, Problem, intensities, no_lights, nonnegative, re
 LIGHTS = PointLights([[0.4, -0.3, 0.9], [-1.0, 0.9, 0.2]], [5.0, 2.0])
 BOUNDS = np.array([[-1.9, -1.9, -1.9], [1.9, 1.9, 1.9]])
 SCALE = Options().outlier
+CRITERION = Criterion.of(Options())
 POINTS = 240
 NOISE = 0.05  # of the mean radiance
 TRIALS = 60
@@ -106,7 +108,7 @@ def test_jacobian(channels, flat, room):
 def test_sharpened_finds_the_minimum(room):
     """From 9 cm away and a tenth too dim the lights are found to float32 rounding."""
     start = PointLights(LIGHTS.positions + 0.05, 0.9 * LIGHTS.intensities)
-    fit = sharpened(posed(room, LIGHTS), start_at(start), Options())
+    fit = sharpened(posed(room, LIGHTS), start_at(start), CRITERION)
     np.testing.assert_allclose(fit.lights.positions, LIGHTS.positions, atol=1e-4)
     np.testing.assert_allclose(fit.lights.intensities, LIGHTS.intensities, rtol=1e-4)
     assert fit.cost < 1e-3
@@ -128,7 +130,7 @@ def test_standard_errors_are_real(room):
     for _ in range(TRIALS):
         B = problem.radiance + problem.sigma * rng.normal(size=problem.radiance.shape)
         noisy = Problem(problem.surfels, B, problem.sigma, None, BOUNDS)
-        fit = sharpened(noisy, start_at(one), Options())
+        fit = sharpened(noisy, start_at(one), CRITERION)
         found.append(np.concatenate([fit.lights.positions.ravel(), fit.lights.intensities.ravel()]))
     error = np.array(found) - np.concatenate([one.positions.ravel(), one.intensities.ravel()])
     ratio = np.sqrt(np.square(error).mean(axis=0) / np.diag(predicted))
@@ -156,7 +158,7 @@ def test_what_nothing_sees_has_no_finite_error(room):
 def test_sharpened_keeps_within_bounds(place, room):
     """A light outside the region is looked for inside it, and never leaves it."""
     problem = posed(room, PointLights([[1.97, 0.3, -0.2]], [5.0]))
-    fit = sharpened(problem, start_at(PointLights([place], [1.0])), Options())
+    fit = sharpened(problem, start_at(PointLights([place], [1.0])), CRITERION)
     assert (fit.lights.positions >= BOUNDS[0]).all()
     assert (fit.lights.positions <= BOUNDS[1]).all()
     assert (fit.lights.intensities >= 0).all()
@@ -166,7 +168,7 @@ def test_prune_drops_a_duplicate(room):
     """A light found twice is one light."""
     problem = posed(room, LIGHTS)
     twice = PointLights([*LIGHTS.positions, LIGHTS.positions[0] + [0.02, 0, 0]], [2.5, 2.0, 2.5])
-    kept = prune(problem, sharpened(problem, start_at(twice), Options()), Options())
+    kept = prune(problem, sharpened(problem, start_at(twice), CRITERION), CRITERION)
     assert len(kept) == 2
     np.testing.assert_allclose(
         np.sort(kept.lights.positions, axis=0), np.sort(LIGHTS.positions, axis=0), atol=1e-3
@@ -176,7 +178,7 @@ def test_prune_drops_a_duplicate(room):
 def test_prune_keeps_what_is_needed(room):
     """Negative control: lights that explain something stay."""
     problem = posed(room, LIGHTS)
-    kept = prune(problem, sharpened(problem, start_at(LIGHTS), Options()), Options())
+    kept = prune(problem, sharpened(problem, start_at(LIGHTS), CRITERION), CRITERION)
     assert len(kept) == 2
 
 

@@ -13,6 +13,7 @@ import lightloc
 import render
 import validation
 from lightloc import Lambert, Mixed, Observations, PointLights, Reason, localize, radiance
+from lightloc.search import PATIENCE
 
 POSITION, INTENSITY = 0.1, 0.5  # limits, percent
 POINTS, SEED = 2048, 1
@@ -146,7 +147,7 @@ def test_noise_alone_is_no_light():
     found = localize(q.with_radiance(noise, sigma))
     assert found.reason is Reason.DARK
     assert len(found.lights) == 0
-    assert len(found.history) <= lightloc.Options().patience + 1  # and no long search for any
+    assert len(found.history) <= PATIENCE + 1  # and no long search for any
 
 
 def test_few_observations(load):

@@ -171,7 +171,7 @@ def test_another_room_is_noticed(sphere):
     """Negative control: the surfaces of another albedo do not explain what is seen."""
     room, q = sphere
     indirect, _ = constant(q, 1.5 * AROUND)
-    few = Options(most_lights=3, beam=1, exchanges=1)  # what is wrong is not worth a long search
+    few = Options(most_lights=3)  # what is wrong is not worth a long search
     found = found_in(room, q, start(q), indirect, searched(room, few))
     assert found.reason is not Reason.CONVERGED
     assert any(verdict.kind is Kind.UNEXPLAINED for verdict in found.verdicts)
