@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,7 +12,8 @@ from lightloc.certainty import jacobian
 from lightloc.criterion import Likelihood
 from lightloc.lights import PointLights
 from lightloc.moves import zoomed
-from lightloc.solve import Problem, residuals, whitened
+from lightloc.noise import level_of
+from lightloc.solve import Fit, Problem, residuals, whitened
 
 PEAKS = 4
 """Local maxima over the coarse grid that are followed to their tops, over the sample."""
@@ -47,6 +50,20 @@ def certificate(
     )
     best = int(np.argmax(gains))
     return float(np.sqrt(gains[best])), tops[best]
+
+
+def certificate_of(
+    fit: Fit, whole: Problem, tight: Problem, dictionary: Dictionary, over: Problem, o: Likelihood
+) -> tuple[float, NDArray[np.float64]]:
+    """`certificate` of a fit to ``whole``, in units of what it leaves if that is more.
+
+    Args:
+        tight: some observations of ``whole``.
+        dictionary: over ``over``, the same with other errors.
+    """
+    level = max(1.0, level_of(fit.residual)) if len(fit) else 1.0
+    own, sampled = (replace(p, sigma=p.sigma * level) for p in (whole, tight))
+    return certificate(own, sampled, dictionary.under(over, sampled), fit.lights, o)
 
 
 def _left(problem: Problem, lights: PointLights, likelihood: Likelihood) -> Left:

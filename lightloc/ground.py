@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from lightloc.ambient import reflected_ambient
 from lightloc.candidates import Dictionary, atoms_at
-from lightloc.criterion import Criterion
+from lightloc.certificate import certificate_of
+from lightloc.criterion import Criterion, Likelihood
 from lightloc.geometry import Geometry
 from lightloc.grid import Grid
 from lightloc.noise import is_exact, search_sigma, working_sigma
@@ -18,7 +19,7 @@ from lightloc.observations import Observations
 from lightloc.options import Options
 from lightloc.result import Step
 from lightloc.search import Search
-from lightloc.solve import Problem
+from lightloc.solve import Fit, Problem
 from lightloc.surfels import surfels
 
 
@@ -61,6 +62,11 @@ class Ground:
         dictionary = Dictionary.over(sampled, Grid.over(whole.bounds, cells))
         is_open = geometry is None or not occludes(sampled, dictionary)
         return Ground(whole, some, sampled, dictionary, is_open)
+
+    def certificate(self, whole: Problem, fit: Fit, o: Likelihood) -> float:
+        """`certificate_of` a fit to ``whole``."""
+        tight = whole if self.some is None else whole.rows_of(self.some)
+        return certificate_of(fit, whole, tight, self.dictionary, self.sampled, o)[0]
 
     def search(
         self,

@@ -9,6 +9,7 @@ from typing import Literal
 from numpy.typing import ArrayLike
 
 from lightloc.answer import answer
+from lightloc.backend import one_blas_thread
 from lightloc.checks import array
 from lightloc.criterion import Criterion
 from lightloc.geometry import Geometry
@@ -88,12 +89,25 @@ def localize(
     region = array("bounds", q.bounds if bounds is None else bounds, (2, 3))
     if isinstance(o, Paper):
         return published(q, geometry, region, o, surface, watch)
-    ground = Ground.of(q, geometry, region, o, seed)
-    if not observations.interreflected:
-        return searched(q, ground, o, Criterion.of(o), watch)
+    with one_blas_thread():
+        ground = Ground.of(q, geometry, region, o, seed)
+        if not observations.interreflected:
+            return searched(q, ground, o, Criterion.of(o), watch)
+        return without_indirect(observations, q, ground, o, indirect, watch)
+
+
+def without_indirect(
+    whole: Observations,
+    direct: Observations,
+    ground: Ground,
+    o: Options,
+    indirect: Indirect | None,
+    watch: Callable[[Step], None],
+) -> Localization:
+    """Search what footnote 1 leaves, then, where it can be rendered, what rendered light leaves."""
     removed = Criterion.of(o).after_removal()
     if indirect is None:
-        return searched(q, ground, o, removed, watch)
+        return searched(direct, ground, o, removed, watch)
 
     def search(rest: Observations, start: PointLights | None) -> Localization:
         if start:
@@ -103,7 +117,7 @@ def localize(
         # a guess of darkness is no answer
         return found if len(found.lights) else searched(rest, ground, o, removed, watch)
 
-    return rounds(observations, q, geometry, region, indirect, search, o, watch)
+    return rounds(whole, direct, ground, indirect, search, o, watch)
 
 
 METHODS: dict[str, type[Options] | type[Paper]] = {"search": Options, "paper": Paper}

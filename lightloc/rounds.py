@@ -16,18 +16,20 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from lightloc.all_light import Split, above_zero, straight, together
+from lightloc.all_light import Split, above_zero, newton, straight, together
 from lightloc.answer import judged
-from lightloc.certainty import inseparable
+from lightloc.candidates import MARGIN
+from lightloc.certainty import inseparable, resolution
 from lightloc.criterion import Criterion
-from lightloc.geometry import Geometry
+from lightloc.fields import intensity_distance
+from lightloc.ground import Ground
 from lightloc.lights import PointLights
-from lightloc.noise import working_sigma
+from lightloc.noise import level_of, working_sigma
 from lightloc.observations import Observations
 from lightloc.options import Options
 from lightloc.result import Localization, Reason, Step
 from lightloc.solve import Fit, Problem
-from lightloc.verdicts import Kind, Verdict, unexplained
+from lightloc.verdicts import Kind, Verdict, mirrored, unexplained
 
 Indirect = Callable[[NDArray[np.float64]], tuple[NDArray[np.float64], NDArray[np.float64]]]
 """From (k, 3) positions to H(q, p) and its standard error, each (n, k, c), m^-2 sr^-1."""
@@ -48,8 +50,7 @@ NEAR = 3.0
 def rounds(
     q: Observations,
     first: Observations,
-    geometry: Geometry | None,
-    region: NDArray[np.float64],
+    ground: Ground,
     indirect: Indirect,
     search: Search,
     o: Options,
@@ -60,7 +61,7 @@ def rounds(
     Args:
         q: with all interreflected light in them.
         first: q without it as far as that is known before any light is: by footnote 1.
-        region: (2, 3) corners of what may hold lights.
+        ground: of ``first``.
         indirect: H(q, p) of the room, as `render.interreflected` gives it.
         search: the search for lights in direct light.
         o: the search's options.
@@ -71,7 +72,7 @@ def rounds(
     """
 
     q = q.with_radiance(q.radiance, working_sigma(q, o), q.interreflected)
-    problem = Problem.of(q, np.ones_like(q.sigma), geometry, region)
+    problem = replace(ground.whole, radiance=q.radiance, sigma=np.ones_like(q.sigma), ambient=None)
     found, lights = search(first, None), PointLights(np.zeros((0, 3)), np.zeros((0, q.channels)))
     history, moved = list(found.history), np.inf
     for turn in range(MOST_ROUNDS):
@@ -88,7 +89,7 @@ def rounds(
             steps += found.history
         if len(found.lights) == len(lights):
             order = np.argsort(order_like(found.lights, lights))
-            found = whole(found, split.rows(order), problem, o)
+            found = whole(found, split.rows(order), problem, ground, o)
         moved = movement(found, lights)
         steps[0] = replace(steps[0], lights=len(found.lights), chi2=found.chi2)
         history += steps
@@ -130,32 +131,46 @@ def order_like(lights: PointLights, like: PointLights) -> NDArray[np.intp]:
     return np.concatenate([nearest, others]).astype(np.intp)
 
 
-def whole(found: Localization, split: Split, problem: Problem, o: Options) -> Localization:
-    """The answer refined on all of B, with the errors that it then has.
+def whole(
+    found: Localization, split: Split, problem: Problem, ground: Ground, o: Options
+) -> Localization:
+    """The answer refined on all of B, with all that follows from it, brightest first.
 
     Where a light is wide, the answer of the search in direct light stands.
     """
     if found.width.any():
         return found
-    lights, split, bound = together(split, found.lights, problem)
+    lights, split, _ = together(split, found.lights, problem)
+    lights, split = lights.brightest_first(), split.rows(lights.order)
+    _, errors = newton(split, lights, problem)
+    criterion, direct = Criterion.of(o), split.direct(lights.intensities)
     z, cost = split.residual(lights.intensities), split.cost(lights.intensities)
-    reason, verdicts = found.reason, found.verdicts
     fit = Fit(lights, z, cost)
-    if explains(found) and not Criterion.of(o).is_explained(problem, fit):
-        reason, verdicts = Reason.NO_GAIN, (unexplained(fit, problem), *verdicts)
+    posed = replace(problem, radiance=direct.radiance, sigma=direct.sigma)
+    top, _ = intensity_distance(direct, lights.positions, problem.geometry, margin=MARGIN)
+    level = max(1.0, level_of(z))
+    verdicts = [verdict for verdict in found.verdicts if verdict.kind is not Kind.MIRROR]
+    verdicts += mirrored(posed, lights, level, criterion, o)
+    reason = found.reason
+    if explains(found) and not criterion.is_explained(problem, fit):
+        reason, verdicts = Reason.NO_GAIN, [unexplained(fit, problem), *verdicts]
     now = replace(
         found,
         lights=lights,
-        position_error=bound.position,
-        intensity_error=bound.intensity,
-        covariance=bound.covariance,
-        direct=split.direct(lights.intensities).radiance,
-        sigma=split.sigma(lights.intensities),
+        position_error=errors.position,
+        intensity_error=errors.intensity,
+        covariance=errors.covariance,
+        bound=top,
+        direct=direct.radiance,
+        sigma=direct.sigma,
         residual=z,
         chi2=cost / z.size,
-        inseparable=inseparable(lights, bound.position),
+        outliers=int((np.abs(z) > o.outlier).sum()),
+        inseparable=inseparable(lights, errors.position),
+        resolution=resolution(posed, lights),
+        certificate=ground.certificate(posed, fit, criterion.likelihood),
         reason=reason,
-        verdicts=verdicts,
+        verdicts=tuple(verdicts),
     )
     return judged(now, problem, o)
 

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lightloc.candidates import Dictionary
-from lightloc.certificate import certificate
+from lightloc.certificate import certificate_of
 from lightloc.criterion import Criterion
 from lightloc.levenberg import Descents
 from lightloc.lights import PointLights
 from lightloc.moves import births, deaths, distinct, lights_of, merges, splits, start_at
-from lightloc.noise import level_of
 from lightloc.polish import QUICK, THOROUGH, over_edges, polished, sharpened, spread_of
 from lightloc.result import Step
 from lightloc.solve import Fit, Problem, fit_of, no_lights, residuals
@@ -116,10 +115,8 @@ class Search:
         """`certificate` of a fit to ``whole``, in units of what it leaves if that is more."""
         if (known := self.certified.get(fit)) and known[0] is whole:
             return known[1]
-        level = max(1.0, level_of(fit.residual)) if len(fit) else 1.0
-        own, sampled = (replace(p, sigma=p.sigma * level) for p in (whole, self.tight))
-        here = self.dictionary.under(self.loose, sampled)
-        found = certificate(own, sampled, here, fit.lights, self.criterion.likelihood)
+        likelihood = self.criterion.likelihood
+        found = certificate_of(fit, whole, self.tight, self.dictionary, self.loose, likelihood)
         self.certified[fit] = whole, found
         return found
 

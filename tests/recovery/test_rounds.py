@@ -19,13 +19,19 @@ from lightloc import (
     shading,
 )
 from lightloc.all_light import Split
+from lightloc.candidates import MARGIN
+from lightloc.certainty import resolution
+from lightloc.fields import intensity_distance
+from lightloc.ground import Ground
 from lightloc.rounds import MOST_ROUNDS, movement, order_like, rounds
+from lightloc.solve import Problem
 
 POINTS = 1000
 ALBEDO = 0.6
 LIGHTS = PointLights([[0.45, -0.3, 0.35], [-0.3, 0.4, -0.2]], [20.0, 12.0])
 NOISE = 0.01
 AROUND = ALBEDO / np.pi * ALBEDO / (1 - ALBEDO)  # H in a sphere of radius 1, the same everywhere
+NO_LIGHT = 5.0  # standard errors: what chance alone may correlate with, anywhere
 Z99 = 3.3  # standard errors: one in a thousand lies beyond
 
 
@@ -59,7 +65,8 @@ def searched(room: render.Room, o: Options | None = None):
 
 def found_in(room: render.Room, q: Observations, first: Observations, indirect, search):
     """`rounds` in a room, with the defaults of the rest."""
-    return rounds(q, first, room.geometry, room.bounds, indirect, search, Options())
+    ground = Ground.of(first, room.geometry, room.bounds, Options(), 0)
+    return rounds(q, first, ground, indirect, search, Options())
 
 
 def start(q: Observations, share: float = 0.9) -> Observations:
@@ -224,3 +231,18 @@ def test_movement(bare):
     dim = PointLights(found.lights.positions, found.lights.intensities - 3 * found.intensity_error)
     assert movement(found, dim) == pytest.approx(3)
     assert movement(found, PointLights(off.positions[:1], off.intensities[:1])) == np.inf
+
+
+def test_everything_follows_from_the_final_answer(sphere):
+    """Bound, outliers, resolution, certificate and order are those of the lights that come out."""
+    room, q = sphere
+    indirect, _ = constant(q)
+    found = found_in(room, q, start(q), indirect, searched(room))
+    assert (found.lights.order == np.arange(len(found.lights))).all()
+    direct = q.with_radiance(found.direct, found.sigma, interreflected=False)
+    bound, _ = intensity_distance(direct, found.lights.positions, room.geometry, margin=MARGIN)
+    np.testing.assert_allclose(found.bound, bound)
+    assert found.outliers == (np.abs(found.residual) > Options().outlier).sum()
+    problem = Problem.of(direct, direct.sigma, room.geometry, room.bounds)
+    np.testing.assert_allclose(found.resolution, resolution(problem, found.lights), rtol=1e-6)
+    assert found.certificate < NO_LIGHT
