@@ -137,9 +137,9 @@ class Criterion:
     def is_explained(self, problem: Problem, fit: Fit) -> bool:
         """Whether the residual is no more than noise, but for the few that may lie anywhere."""
         most = self.likelihood.typical + self.unlikely * np.sqrt(2 / problem.rows)
-        return self.likelihood.core(fit) < most * problem.rows
+        return bool(self.likelihood.core(fit) < most * problem.rows)
 
     def is_likely(self, problem: Problem, fit: Fit) -> bool:
         """Whether noise leaves as much: the stricter question, before a search may end early."""
         most = 1 + LUCK * np.sqrt(2 / problem.rows)
-        return self.likelihood.known and self.likelihood.core(fit) < most * problem.rows
+        return bool(self.likelihood.known and self.likelihood.core(fit) < most * problem.rows)

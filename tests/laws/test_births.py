@@ -1,0 +1,104 @@
+"""Births: a light that a grid steps over is found alone, without the shadows that hide it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from lightloc import Lambert, Observations, PointLights, radiance
+from lightloc.births import alone, born, spaced
+from lightloc.candidates import Dictionary
+from lightloc.grid import Grid
+from lightloc.levenberg import Descents
+from lightloc.solve import Problem, residuals
+from validation.table1.rooms import rooms
+
+HIDDEN = 0.02  # of the side: how far the light is from the wall that hides it
+NEAR = 0.005  # of the side: as near as a start need come
+ERROR = 0.2  # of B: the opening's first stage
+
+
+class Shelf:
+    """A plate at z = 0.5 over x > 0.5, which nothing sees through."""
+
+    def visible(self, x, p, active=True):
+        t = (0.5 - x.z) / (p.z - x.z)
+        at = x.x + t * (p.x - x.x)
+        return ~((t > 0) & (t < 1) & (at > 0.5)) & active
+
+    def intersect(self, x, d, active=True):
+        raise NotImplementedError
+
+
+def floor(n: int = 600) -> Observations:
+    """A floor and a ceiling of a unit cube, evenly at random."""
+    rng = np.random.default_rng(3)
+    x = rng.uniform(0, 1, (n, 3))
+    up = np.zeros((n, 3))
+    up[:, 2] = np.where(np.arange(n) % 2, 1.0, -1.0)
+    x[:, 2] = np.where(np.arange(n) % 2, 0.0, 1.0)
+    return Observations(
+        positions=x, normals=up, directions=up, radiance=np.zeros(n), material=Lambert(albedo=0.8)
+    )
+
+
+@pytest.fixture
+def shelf() -> tuple[Problem, PointLights]:
+    """A light just under a shelf: only the floor sees it, and nothing above the shelf does."""
+    light = PointLights([[0.8, 0.4, 0.5 - HIDDEN]], [3.0])
+    q, geometry = floor(), Shelf()
+    B = radiance(q, light, geometry)
+    sigma = ERROR * (B + 0.4 * B.mean())
+    box = np.array([[0, 0, 0], [1, 1, 1.0]])
+    return Problem.of(q.with_radiance(B, sigma), sigma, geometry, box), light
+
+
+def test_alone_comes_from_behind_a_shelf(shelf):
+    """Starts above the shelf, from where no ray reaches what is lit, come to the light below it."""
+    problem, light = shelf
+    starts = np.random.default_rng(0).uniform([0.55, 0.1, 0.6], [0.95, 0.9, 0.9], (20, 3))
+    z = problem.radiance / problem.sigma
+    there = alone(problem, starts, z, 5.0)
+    off = np.linalg.norm(there - light.positions, axis=1)
+    assert (off < NEAR).mean() > 0.8
+
+
+def test_a_dark_residual_moves_nothing(shelf):
+    """Nothing is lit: starts stay where they are."""
+    problem, _ = shelf
+    starts = np.full((2, 3), 0.3)
+    assert (alone(problem, starts, np.zeros_like(problem.radiance), 5.0) == starts).all()
+
+
+def test_born_is_precise_where_the_grid_is_coarse(shelf):
+    """From a grid of 4 x 4 x 4 positions, a light is born within 1 % of the side of it."""
+    problem, light = shelf
+    dictionary = Dictionary.over(problem, Grid.over(problem.bounds, 64))
+    none = Descents.of(np.zeros((1, 0, 3)), np.zeros((1, 0, 1)))
+    z = residuals(problem, PointLights(np.zeros((0, 3)), np.zeros((0, 1))))
+    one = born(problem, dictionary, none, z, np.inf, 5.0, 6, None)
+    assert one is not None
+    off = np.linalg.norm(one.positions[0] - light.positions, axis=1).min()
+    grid = np.linalg.norm(dictionary.points - light.positions, axis=1).min()
+    assert off < 0.01 < grid
+
+
+def test_several_are_born_at_once():
+    """Two lights far apart: both places are among what is born in one round."""
+    q = rooms(2, count=1)[0].observe()
+    lights = PointLights([[0.25, 0.25, 0], [0.75, 0.7, 0]], [2.0, 2.0])
+    q = q.with_radiance(radiance(q, lights), 0.0)
+    sigma = ERROR * (q.radiance + 0.4 * q.radiance.mean())
+    problem = Problem.of(q, sigma, None, q.bounds)
+    dictionary = Dictionary.over(problem, Grid.over(q.bounds, 400))
+    none = Descents.of(np.zeros((1, 0, 3)), np.zeros((1, 0, 1)))
+    one = born(problem, dictionary, none, q.radiance / sigma, np.inf, 5.0, 6, None)
+    assert one is not None
+    apart = np.linalg.norm(lights.positions[:, None] - one.positions[0], axis=2)
+    assert (apart.min(axis=1) < 0.1).all()
+
+
+def test_spaced_keeps_the_order_and_the_distance():
+    points = np.array([[0.0, 0, 0], [0.1, 0, 0], [1.0, 0, 0], [2.0, 0, 0]])
+    assert spaced(points, [1, 0, 2, 3], 2, 0.5).tolist() == [1, 2]
+    assert spaced(points, [1, 0, 2, 3], 4, 0.05).tolist() == [1, 0, 2, 3]

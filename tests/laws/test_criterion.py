@@ -1,0 +1,75 @@
+"""The criterion: what noise leaves is enough, a few wild values do not matter, many do."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from lightloc import Lambert, Observations, Options, PointLights
+from lightloc.criterion import ESTIMATED, FEW, Criterion, Likelihood
+from lightloc.solve import Fit, Problem, robust
+
+N = 4000
+WILD = 50.0  # standard errors
+CRITERION = Criterion.of(Options())
+
+
+@pytest.fixture(scope="module")
+def problem() -> Problem:
+    up = np.tile([0.0, 0.0, 1.0], (N, 1))
+    x = np.random.default_rng(0).uniform(0, 1, (N, 3))
+    q = Observations(
+        positions=x, normals=up, directions=up, radiance=np.ones(N), material=Lambert(albedo=0.5)
+    )
+    return Problem.of(q, np.ones((N, 1)), None, q.bounds)
+
+
+def fit(z: np.ndarray, lights: int = 1) -> Fit:
+    z = z.reshape(-1, 1)
+    places = PointLights(np.zeros((lights, 3)), np.ones(lights))
+    return Fit(places, z, robust(z, CRITERION.likelihood.scale))
+
+
+def noise(seed: int = 1) -> np.ndarray:
+    return np.random.default_rng(seed).normal(size=N)
+
+
+def test_noise_is_explained(problem):
+    assert CRITERION.is_explained(problem, fit(noise()))
+    assert CRITERION.is_likely(problem, fit(noise()))
+
+
+@pytest.mark.parametrize(("share", "explained"), [(0.5 * FEW, True), (2.5 * FEW, False)])
+def test_few_wild_values_do_not_matter_many_do(share, explained, problem):
+    z = noise()
+    z[: round(share * N)] = WILD
+    assert CRITERION.is_explained(problem, fit(z)) is explained
+
+
+def test_what_is_systematic_does_not_hide_among_the_few(problem):
+    """A misfit below the loss's scale is never left out: 20 % more noise than there should be."""
+    assert not CRITERION.is_explained(problem, fit(1.2 * noise()))
+
+
+def test_estimated_errors_are_allowed_more(problem):
+    z = np.sqrt(ESTIMATED) * noise()
+    assert not CRITERION.is_explained(problem, fit(z))
+    assert CRITERION.after_removal().is_explained(problem, fit(z))
+
+
+def test_a_light_must_gain_its_price_on_more_than_a_handful(problem):
+    """Four parameters cost 20; a gain on five observations alone is an outlier's, not a light's."""
+    z, spread, handful = noise(), noise(), noise()
+    spread[:400] += 0.5 * np.sign(spread[:400])
+    handful[:4] = 4.9
+    assert CRITERION.is_worth(problem, fit(spread), fit(noise(), 2), 1.0)
+    assert not CRITERION.is_worth(problem, fit(handful), fit(z, 2), 1.0)
+
+
+def test_a_likelihood_is_a_value(problem):
+    """Another likelihood, with no room for wild values, decides otherwise."""
+    strict = Criterion(Likelihood(few=0.0), CRITERION.significant, CRITERION.unlikely)
+    z = noise()
+    z[: round(0.5 * FEW * N)] = WILD
+    assert CRITERION.is_explained(problem, fit(z))
+    assert not strict.is_explained(problem, fit(z))
