@@ -142,7 +142,7 @@ def descend(
         now = here.rows(active)
         step, promised = _steps(now, damp[active])
         there = model.moved(now, step, scale[active])
-        with np.errstate(invalid="ignore"):
+        with np.errstate(invalid="ignore", over="ignore"):  # nothing promised: ratio is infinite
             gain = now.chi2 - there.chi2
             better = np.isfinite(there.chi2) & (gain > 0)
             ratio = np.where(better, gain / np.maximum(promised, np.finfo(float).tiny), 0)
