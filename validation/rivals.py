@@ -16,8 +16,8 @@ from scipy.ndimage import label
 from scipy.optimize import nnls
 
 import lightloc
-from lightloc import Grid, Observations, PointLights, shading
-from lightloc.levenberg import descend
+from lightloc import Grid, Observations, Paper, PointLights, shading
+from lightloc.levenberg import Unknown, descend
 from lightloc.solve import Problem, intensities
 from render.descent import optimize
 from render.room import Room
@@ -54,7 +54,8 @@ def random_starts(q: Observations, room: Room, count: int) -> PointLights:
     """Levenberg-Marquardt from random places, the count known; the least chi-square wins.
 
     Places are uniform in the room's box, and first intensities the best for them. The descents
-    share a sample of the observations, and the winner is polished on all.
+    share a sample of the observations, and the winner is polished on all. The solver is the
+    published method's: lights stay in the box, and intensities are of either sign.
     """
     whole = _problem(q, room)
     some = _sampled(whole, SAMPLE)
@@ -63,12 +64,16 @@ def random_starts(q: Observations, room: Room, count: int) -> PointLights:
     for _ in range(STARTS // AT_ONCE):
         places = rng.uniform(low, high, (AT_ONCE, count, 3))
         first = np.stack([intensities(some, p) for p in places])
-        there = descend(some, places, first, steps=STEPS)
+        there = descend(
+            some, places, first, steps=STEPS, unknown=Unknown.FREE, damping=Paper.damping
+        )
         real = (there.intensities >= 0).all(axis=(1, 2)) & np.isfinite(there.chi2)
         chi2 = np.where(real, there.chi2, np.inf)  # a negative light is no answer
         found += zip(chi2, there.positions, there.intensities, strict=True)
     _, p, I = min(found, key=lambda start: start[0])
-    there = descend(whole, p[None], I[None], steps=STEPS)
+    there = descend(
+        whole, p[None], I[None], steps=STEPS, unknown=Unknown.FREE, damping=Paper.damping
+    )
     return PointLights(there.positions[0], np.maximum(there.intensities[0], 0.0))
 
 

@@ -7,10 +7,9 @@ from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lightloc import Observations, Paper, PointLights, Reason, localize, radiance
-from lightloc.levenberg import descend
+from lightloc.levenberg import NEARBY, Unknown, descend
 from lightloc.solve import Problem
 from lightloc.surface import Perimeter
 from validation.match import compare
@@ -164,21 +163,30 @@ def problem(q: Observations) -> Problem:
 
 
 def random_starts(q: Observations, count: int, low: float, seed: int) -> float:
-    """The share of random starts, the count known, that reach a low error."""
+    """The share of random starts, the count known, that reach a low error.
+
+    The solver is the published method's. Starts are drawn anywhere in the room, though lights keep
+    their clearance: with it, five lights would be found twice as often as the paper has it.
+    """
     rng = np.random.default_rng([SEED, count, seed])
     low_corner, high_corner = q.bounds
     p = rng.uniform(low_corner, high_corner, (RANDOM_STARTS, count, 3))
     I = rng.uniform(FAINTEST, BRIGHTEST, (RANDOM_STARTS, count, 1))
-    there = descend(problem(q), p, I, steps=STEPS)
+    free = Unknown.FREE
+    there = descend(problem(q), p, I, steps=STEPS, unknown=free, damping=Paper.damping)
     plain = replace(problem(q), sigma=np.ones_like(q.sigma))
-    unweighted = descend(plain, there.positions, there.intensities, steps=0)
+    unweighted = descend(plain, there.positions, there.intensities, steps=0, unknown=free)
     return float((unweighted.chi2 / q.radiance.size < low).mean())
 
 
 def from_the_truth(q: Observations, lights: PointLights) -> PointLights:
-    there = descend(problem(q), lights.positions[None], lights.intensities[None], steps=STEPS)
-    return PointLights(there.positions[0], _positive(there.intensities[0]))
-
-
-def _positive(I: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.maximum(I, 0.0)
+    """Where Levenberg-Marquardt comes to rest that starts at the true lights."""
+    there = descend(
+        problem(q),
+        lights.positions[None],
+        lights.intensities[None],
+        steps=STEPS,
+        unknown=Unknown.POSITIVE,
+        damping=NEARBY,
+    )
+    return PointLights(there.positions[0], there.intensities[0])
