@@ -165,9 +165,9 @@ def optimize(
 ) -> tuple[PointLights, float]:
     """Section 5.2: intensities alone, which is linear, then Levenberg-Marquardt; with its MSE.
 
-    What comes out is read as lights: hypotheses that came together are one, and those that left
-    the room or have less than one increment are none; then the rest is optimized once more. The
-    MSE is infinite where a light strayed.
+    Lights stay in the room, and intensities are of either sign. What comes out is read as lights:
+    hypotheses that came together are one, and those of less than one increment are none; then the
+    rest is optimized once more. The MSE is infinite where a light strayed.
     """
     I = intensities(problem, positions)
     there = descend(
@@ -198,8 +198,8 @@ def optimize(
 
 
 def _read(p: NDArray, I: NDArray, grid: Grid, o: Paper) -> tuple[NDArray, NDArray]:
-    inside = ((p >= grid.lower) & (p <= grid.upper)).all(axis=1) & (I[:, 0] > o.increment)
-    p, I = p[inside], I[inside]
+    bright = I[:, 0] > o.increment
+    p, I = p[bright], I[bright]
     one = 2 * grid.step.max()
     kept_p, kept_I = np.zeros((0, 3)), np.zeros((0, 1))
     for light in np.argsort(-I[:, 0], kind="stable"):
