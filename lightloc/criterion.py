@@ -139,6 +139,11 @@ class Criterion:
         most = self.likelihood.typical + self.unlikely * np.sqrt(2 / problem.rows)
         return bool(self.likelihood.core(fit) < most * problem.rows)
 
+    def is_clean(self, problem: Problem, fit: Fit) -> bool:
+        """The same, with none left out: what is systematic does not hide among the few."""
+        most = self.likelihood.typical + self.unlikely * np.sqrt(2 / problem.rows)
+        return bool(fit.cost < most * problem.rows)
+
     def is_likely(self, problem: Problem, fit: Fit) -> bool:
         """Whether noise leaves as much: the stricter question, before a search may end early."""
         most = 1 + LUCK * np.sqrt(2 / problem.rows)

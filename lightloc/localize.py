@@ -151,7 +151,7 @@ def searched(
         grow(search)
     if not (rough or (start and criterion.is_explained(search.tight, search.best))):
         improve(search)
-    if o.noise == "given" and not criterion.is_explained(search.tight, search.best):
+    if o.noise == "given" and not criterion.is_clean(search.tight, search.best):
         # an error of the model is shared by neighbours too
         search = replace(search, criterion=criterion.doubting())
     best, whole = settled(whole, search)
