@@ -31,7 +31,7 @@ EASED = 1 / 3  # damping after a step that fulfils its promise (Nielsen's rule)
 SMALLEST_FALL = 1e-12  # relative fall of chi-square below which a start has converged
 EXACT = (1e-14, 1e-26)  # chi-square in units of the sum of B^2 / sigma^2: the reals' own error
 FLAT = 1e-12  # least diagonal of the normal equations, of the largest: a light that nothing sees
-MARGIN = 1e-3  # of the longest side, that lights keep from the region's border
+MARGIN = 1e-3  # of the longest side, that lights keep from the region's border until they are near
 BRIGHTER = 2.0  # most that the logarithm of an intensity changes in one step
 DARKEST = 1e-9  # of the brightest: a start is given no less
 REUSED = 0.5  # of the blur: a light that moved no further keeps its shadows, by their slope
@@ -236,9 +236,10 @@ class _Model:
         return self.place(self.kept(positions), intensities, loss, (seen, turn, nowhere))
 
     def kept(self, positions: NDArray) -> NDArray:
-        """Positions within the region's border."""
+        """Positions within the region's border, up to which only what is near may go."""
         low, high = self.problem.bounds
-        edge = MARGIN * self.problem.size * (high > low)
+        margin = 0.0 if self.unknown is Unknown.POSITIVE else MARGIN
+        edge = margin * self.problem.size * (high > low)
         return np.clip(positions, low + edge, high - edge)
 
     def moved(self, place: _Place, step: NDArray, loss: NDArray) -> _Place:

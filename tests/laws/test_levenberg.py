@@ -246,3 +246,17 @@ def test_more_random_starts_succeed_than_the_published_methods():
     ours = random_rate(np.random.default_rng(3))
     theirs = random_rate(np.random.default_rng(3), unknown=Unknown.FREE, damping=1e-3)
     assert is_higher(ours, theirs)
+
+
+def test_what_is_near_may_go_up_to_the_border():
+    """A light nearer to the border than MARGIN is out of a climb's reach and within a polish's."""
+    low, high = np.array([[0.0, 0, 0], [1, 1, 0]])
+    light = PointLights([[0.4, 1 - MARGIN / 4, 0]], [2.0])
+    q = rooms(2, count=1)[0].observe()
+    q = q.with_radiance(radiance(q, light), 0.0)
+    problem = Problem.of(q, np.ones_like(q.radiance), None, np.array([low, high]), double=True)
+    start = np.array([[[0.4, 1 - MARGIN, 0]]]), np.array([[[2.0]]])
+    far = descend(problem, *start)
+    near = descend(problem, *start, unknown=Unknown.POSITIVE, damping=1e-3)
+    assert np.linalg.norm(far.positions[0, 0] - light.positions[0]) > MARGIN / 2
+    np.testing.assert_allclose(near.positions[0, 0], light.positions[0], atol=1e-9)
