@@ -60,9 +60,10 @@ class Likelihood:
 
     def trust(self, z: NDArray) -> NDArray[np.float64]:
         """The weight of each residual in a question about one more light; none for the few."""
+        far, few = np.abs(z), round(self.few * z.size)
+        least = np.sort(far, axis=None)[z.size - few - 1] if few else np.inf
         weight = 1 / (1 + np.square(z / self.scale))
-        wild = np.abs(z) > self.scale
-        return np.where(wild, 0.0, weight) if wild.mean() <= self.few else weight
+        return np.where(far > max(self.scale, least), 0.0, weight)
 
 
 @dataclass(frozen=True)

@@ -66,6 +66,19 @@ def test_a_light_must_gain_its_price_on_more_than_a_handful(problem):
     assert not CRITERION.is_worth(problem, fit(handful), fit(z, 2), 1.0)
 
 
+@pytest.mark.parametrize("share", [0.5 * FEW, 1.5 * FEW])
+def test_the_few_have_no_say_about_a_further_light(share):
+    """The largest of the wild values count nothing, however many there are; no others are lost."""
+    z = noise()
+    wild = round(share * N)
+    z[:wild] = WILD * (1 + np.arange(wild))
+    trust = CRITERION.likelihood.trust(z.reshape(-1, 1)).ravel()
+    gone = min(wild, round(FEW * N))
+    assert (trust[wild - gone : wild] == 0).all()
+    assert (trust[: wild - gone] > 0).all()
+    assert (trust[wild:] > 0.5).all()
+
+
 def test_a_likelihood_is_a_value(problem):
     """Another likelihood, with no room for wild values, decides otherwise."""
     strict = Criterion(Likelihood(few=0.0), CRITERION.significant, CRITERION.unlikely)
