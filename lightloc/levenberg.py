@@ -32,6 +32,7 @@ SMALLEST_FALL = 1e-12  # relative fall of chi-square below which a start has con
 EXACT = (1e-14, 1e-26)  # chi-square in units of the sum of B^2 / sigma^2: the reals' own error
 FLAT = 1e-12  # least diagonal of the normal equations, of the largest: a light that nothing sees
 MARGIN = 1e-3  # of the longest side, that lights keep from the region's border until they are near
+TOUCHING = 1e-6  # the same where they are near: S is infinite on an observation itself
 BRIGHTER = 2.0  # most that the logarithm of an intensity changes in one step
 DARKEST = 1e-9  # of the brightest: a start is given no less
 REUSED = 0.5  # of the blur: a light that moved no further keeps its shadows, by their slope
@@ -207,6 +208,7 @@ def _steps(place: _Place, damping: NDArray) -> tuple[NDArray, NDArray]:
     scaled = place.A / (root[:, :, None] * root[:, None, :])
     scaled += damping[:, None, None] * np.eye(place.g.shape[1])
     step = -np.linalg.solve(scaled, (place.g / root)[:, :, None])[:, :, 0] / root
+    step[~np.isfinite(step).all(axis=1)] = 0.0  # begun on an observation: stays, and is given up
     promised = damping * (step * step * diagonal).sum(axis=1) - (step * place.g).sum(axis=1)
     return step, promised
 
@@ -238,7 +240,7 @@ class _Model:
     def kept(self, positions: NDArray) -> NDArray:
         """Positions within the region's border, up to which only what is near may go."""
         low, high = self.problem.bounds
-        margin = 0.0 if self.unknown is Unknown.POSITIVE else MARGIN
+        margin = TOUCHING if self.unknown is Unknown.POSITIVE else MARGIN
         edge = margin * self.problem.size * (high > low)
         return np.clip(positions, low + edge, high - edge)
 

@@ -260,3 +260,16 @@ def test_what_is_near_may_go_up_to_the_border():
     near = descend(problem, *start, unknown=Unknown.POSITIVE, damping=1e-3)
     assert np.linalg.norm(far.positions[0, 0] - light.positions[0]) > MARGIN / 2
     np.testing.assert_allclose(near.positions[0, 0], light.positions[0], atol=1e-9)
+
+
+@pytest.mark.parametrize("unknown", list(Unknown))
+def test_a_start_on_an_observation_is_no_crash(unknown):
+    """S is infinite on an observation itself: such a start ends where numbers are finite."""
+    room = rooms(2, count=1)[0]
+    q = room.observe()
+    problem = Problem.of(q, np.ones_like(q.radiance), None, q.bounds)
+    start = np.array([[q.positions[7], room.lights.positions[1]]])
+    with np.errstate(all="ignore"):
+        there = descend(problem, start, np.ones((1, 2, 1)), unknown=unknown, damping=1e-3)
+    assert np.isfinite(there.positions).all()
+    assert np.isfinite(there.intensities).all()
