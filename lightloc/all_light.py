@@ -14,9 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cholesky, eigh, solve_triangular
 
+from lightloc.batched import Indirect, Unknown
 from lightloc.certainty import Bound, jacobian
+from lightloc.levenberg import descend
 from lightloc.lights import PointLights
+from lightloc.moves import lights_of, start_at
 from lightloc.observations import Observations
+from lightloc.polish import AT_HAND, SETTLED
 from lightloc.shading import shading
 from lightloc.solve import Problem, nonnegative, robust
 
@@ -27,13 +31,7 @@ NOISE_TAKEN = 0.8
 """Most of what any direction of the normal equations holds that may be taken out for noise."""
 
 STEPS = 12
-"""Gauss-Newton steps; three or four are enough where the start is near."""
-
-SHARES = (1.0, 0.5, 0.25, 0.1)
-"""Of a step, tried one after the other until it leads down."""
-
-STILL = 0.03
-"""Standard errors that the last step may move anything."""
+"""Evaluations of a refit; three or four are enough where the start is near."""
 
 FLAT = 1e-12
 """Of the normal equations' diagonal: what nothing tells gets an error without bounds."""
@@ -78,7 +76,11 @@ class Split:
 
     def weight(self, z: NDArray[np.float64]) -> NDArray[np.float64]:
         """(n, c) in 0..1, of Cauchy's loss, or of a wider one while most residuals are large."""
-        return 1 / (1 + np.square(z / max(self.outlier, np.median(np.abs(z)))))
+        return 1 / (1 + np.square(z / self.scale(z)))
+
+    def scale(self, z: NDArray[np.float64]) -> float:
+        """Standard errors beyond which a residual counts less and less."""
+        return max(self.outlier, float(np.median(np.abs(z))))
 
     def noise(self, sigma: NDArray[np.float64], weight: NDArray[np.float64]) -> NDArray[np.float64]:
         """(k, c) what the error of ``around`` adds to the normal equations' diagonal."""
@@ -97,7 +99,8 @@ class Split:
                 b = self.q.radiance[:, c] * np.sqrt(weight[:, c]) / sigma[:, c]
                 lit = A.any(axis=0)
                 A = A[:, lit]
-                M = without_noise(A.T @ A, self.noise(sigma, weight)[lit, c])
+                M = A.T @ A
+                M -= np.diag(taken(M, self.noise(sigma, weight)[lit, c]))
                 root = cholesky(M, lower=True)
                 I[:, c] = 0.0
                 I[lit, c] = nonnegative(root.T, solve_triangular(root, A.T @ b, lower=True))
@@ -110,85 +113,87 @@ class Split:
         return self.q.with_radiance(B, self.sigma(intensities), interreflected=False)
 
 
-def without_noise(G: NDArray[np.float64], noise: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Normal equations (u, u) less what ``noise`` (u,) adds to their diagonal.
+def taken(G: NDArray[np.float64], noise: NDArray[np.float64]) -> NDArray[np.float64]:
+    """What may be taken out of normal equations' (u, u) diagonal, of the ``noise`` (u,) in it.
 
-    Where that would leave nothing in some direction, as much is taken out as leaves a fifth.
+    Where nothing would be left in some direction, as much as leaves a fifth.
 
-    >>> without_noise(np.diag([4.0, 5.0]), np.array([1.0, 2.0])).tolist()
-    [[3.0, 0.0], [0.0, 3.0]]
-    >>> without_noise(np.eye(2), np.array([0.0, 1.0])).round(9).tolist()
-    [[1.0, 0.0], [0.0, 0.2]]
+    >>> taken(np.diag([4.0, 5.0]), np.array([1.0, 2.0])).tolist()
+    [1.0, 2.0]
+    >>> taken(np.eye(2), np.array([0.0, 1.0])).round(9).tolist()
+    [0.0, 0.8]
     """
     if not noise.any():
-        return G
+        return noise
     size = np.sqrt(np.diag(G))
     scaled = G / np.outer(size, size)
     worst = eigh(np.diag(noise / size**2), scaled, eigvals_only=True)[-1]
-    return G - min(1.0, NOISE_TAKEN / worst) * np.diag(noise)
+    return min(1.0, NOISE_TAKEN / worst) * noise
 
 
 def together(
     split: Split, lights: PointLights, problem: Problem
 ) -> tuple[PointLights, Split, Bound]:
-    """Refine positions and intensities on all of B, H being held: Gauss-Newton.
+    """Refine positions and intensities on all of B, H being held.
 
     That H changes with the position is left out of the steps but not of their end: where H is
     rendered anew until nothing moves, the residual is that of all light.
 
     Args:
         split: of lights nearby, in the same order.
-        problem: over the observations; its sigma is not used.
+        problem: over the observations; its radiance and its sigma are not used.
 
     Returns the lights, ``split`` there and the lights' standard errors.
     """
+    for _ in range(REFITS):
+        split = replace(split, straight=straight(problem, lights))
+        _, noise = normal(split, lights, problem)
+        one, sigma = start_at(lights), split.sigma(lights.intensities)
+        there = descend(
+            replace(problem, radiance=split.q.radiance, sigma=sigma),
+            one.positions,
+            one.intensities,
+            steps=STEPS,
+            loss=split.scale(split.residual(lights.intensities)),
+            unknown=Unknown.POSITIVE,
+            damping=AT_HAND,
+            fall=SETTLED[0],
+            indirect=Indirect(split.around, noise),
+        )
+        lights = lights_of(there)
     split = replace(split, straight=straight(problem, lights))
-    step, bound = newton(split, lights, problem)
-    for _ in range(STEPS):
-        for share in SHARES:
-            there = moved(lights, share * step, problem)
-            then = replace(split, straight=straight(problem, there))
-            if then.cost(there.intensities) < split.cost(lights.intensities):
-                break
-        else:
-            break
-        last = np.abs(step) / above_zero(np.sqrt(np.diag(bound.covariance)))
-        lights, split = there, then
-        step, bound = newton(split, lights, problem)
-        if last.max(initial=0.0) < STILL:
-            break
-    return lights, split, bound
+    return lights, split, spread(split, lights, problem)
 
 
-def newton(split: Split, lights: PointLights, problem: Problem) -> tuple[NDArray, Bound]:
-    """The Gauss-Newton step over all coordinates, then all intensities; standard errors.
+def normal(
+    split: Split, lights: PointLights, problem: Problem
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The normal equations over all coordinates, then all intensities; of it, what is noise.
 
-    With normal equations M that are free of the noise in H and G that hold it, the errors are
-    M^-1 G M^-1.
+    Returns (u, u), and (k, c) of the intensities' diagonal.
     """
     I = lights.intensities
-    sigma, z = split.sigma(I), split.residual(I)
-    weight = split.weight(z)
+    sigma, weight = split.sigma(I), split.weight(split.residual(I))
     J = jacobian(replace(problem, sigma=sigma), lights, split.around)
-    weighed = J * weight.T[:, :, None]
-    G = np.einsum("cnu,cnv->uv", weighed, J, optimize=True)
+    G = np.einsum("cnu,cnv->uv", J * weight.T[:, :, None], J, optimize=True)
     G += FLAT * G.max() * np.eye(len(G))
-    first = len(G) - I.size
-    theta = np.concatenate([np.zeros(first), I.ravel()])
-    M = without_noise(G, np.concatenate([theta[:first], split.noise(sigma, weight).ravel()]))
-    g = np.einsum("cnu,nc->u", weighed, z) + np.diag(G - M) * theta
+    noise = np.zeros(len(G))
+    noise[-I.size :] = split.noise(sigma, weight).ravel()
+    return G, taken(G, noise)[-I.size :].reshape(I.shape)
+
+
+def spread(split: Split, lights: PointLights, problem: Problem) -> Bound:
+    """The lights' standard errors.
+
+    With normal equations M that are free of the noise in H and G that hold it, the covariance is
+    M^-1 G M^-1.
+    """
+    G, noise = normal(split, lights, problem)
+    M = G.copy()
+    own = np.arange(len(G) - noise.size, len(G))
+    M[own, own] -= noise.ravel()
     inverse = np.linalg.inv(M)
-    spread = inverse @ G @ inverse
-    return inverse @ g, Bound.of(spread, problem.axes, *I.shape)
-
-
-def moved(lights: PointLights, step: NDArray, problem: Problem) -> PointLights:
-    """Lights a step away, within the region and not below 0."""
-    first = len(step) - lights.intensities.size
-    p = lights.positions.copy()
-    p[:, problem.axes] += step[:first].reshape(len(p), -1)
-    I = lights.intensities + step[first:].reshape(lights.intensities.shape)
-    return PointLights(np.clip(p, *problem.bounds), np.maximum(I, 0.0))
+    return Bound.of(inverse @ G @ inverse, problem.axes, *lights.intensities.shape)
 
 
 def straight(problem: Problem, lights: PointLights) -> NDArray[np.float64]:

@@ -15,14 +15,15 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 from scipy.sparse.csgraph import connected_components
 
+from lightloc.batched import Tie, Unknown
 from lightloc.certainty import Bound, covariance_of, jacobian
 from lightloc.criterion import Criterion, Likelihood
+from lightloc.levenberg import Descents, descend
 from lightloc.lights import PointLights
-from lightloc.moves import MERGE
-from lightloc.polish import THOROUGH
+from lightloc.moves import MERGE, lights_of
+from lightloc.polish import AT_HAND, THOROUGH
 from lightloc.solve import Fit, Problem, residuals
 
 ROUND = 1e-2
@@ -115,6 +116,12 @@ class Unknowns:
         """All points that stand for the lights."""
         return self._lights(self.linear @ x, self.points + self.wide * 2 * len(self.axes))
 
+    def x_of(self, points: Descents) -> NDArray[np.float64]:
+        """x of points that stand for the lights."""
+        p = points.positions[0][:, self.axes].ravel()
+        full = np.concatenate([p, points.intensities[0].ravel()])
+        return np.linalg.lstsq(self.linear, full)[0]
+
     def centroids(self, x: NDArray[np.float64]) -> PointLights:
         """The lights' centroids with their whole intensities."""
         return self._lights(x[: self.of_points], self.lights)
@@ -172,35 +179,26 @@ def joined(
 ) -> Extended:
     """Refine with each group of several lights as one wide light; groups of one come first."""
     x, unknowns = start(problem, lights, groups)
-    first, shapes = len(groups) * len(problem.axes), unknowns.of_points
-
-    def left(x: NDArray) -> NDArray[np.float64]:
-        return residuals(problem, unknowns.expanded(x))
-
-    def slopes(x: NDArray) -> NDArray[np.float64]:
-        J = jacobian(problem, unknowns.expanded(x)) @ unknowns.linear
-        return -J.transpose(1, 0, 2).reshape(problem.rows, -1)
-
-    low, high = np.full((2, len(x)), [[-np.inf], [np.inf]])
-    low[:first], high[:first] = np.tile(problem.bounds[:, problem.axes], len(groups))
-    low[first:shapes] = 0.0
-    plain = np.isinf(likelihood.scale)
-    x = least_squares(
-        lambda x: left(x).ravel(),
-        np.clip(x, low, high),
-        slopes,
-        bounds=(low, high),
-        loss="linear" if plain else "cauchy",
-        f_scale=1.0 if plain else likelihood.scale,
-        x_scale="jac",
-        max_nfev=THOROUGH[0],
-    ).x
-    z, spread = left(x), covariance_of(slopes(x))[:shapes, :shapes]
+    first = unknowns.expanded(x)
+    there = descend(
+        problem,
+        first.positions[None],
+        first.intensities[None],
+        steps=THOROUGH[0],
+        unknown=Unknown.POSITIVE,
+        damping=AT_HAND,
+        loss=likelihood.scale,
+        tie=Tie(unknowns.linear, unknowns.lights),
+    )
+    x, points = unknowns.x_of(there), lights_of(there)
+    z = residuals(problem, points)
+    J = jacobian(problem, points) @ unknowns.linear
+    spread = covariance_of(J.reshape(problem.rows, -1))[: unknowns.of_points, : unknowns.of_points]
     return Extended(
         Fit(unknowns.centroids(x), z, likelihood.cost(z)),
         unknowns.width(x),
         Bound.of(spread, problem.axes, len(groups), lights.channels),
-        unknowns.expanded(x),
+        points,
     )
 
 

@@ -12,9 +12,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from lightloc.batched import Unknown
 from lightloc.fields import Field
 from lightloc.grid import Grid
-from lightloc.levenberg import Unknown, descend
+from lightloc.levenberg import descend
 from lightloc.lights import PointLights
 from lightloc.result import Reason
 from lightloc.shading import shading

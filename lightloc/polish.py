@@ -7,8 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from lightloc.batched import Unknown
 from lightloc.criterion import Criterion
-from lightloc.levenberg import FIRST_DAMPING, Descents, Unknown, descend
+from lightloc.levenberg import FIRST_DAMPING, Descents, descend
 from lightloc.moves import along_errors, asides, deaths, lights_of, merges, start_at
 from lightloc.solve import Fit, Problem, fit_of, residuals
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from lightloc.all_light import Split, above_zero, newton, straight, together
+from lightloc.all_light import Split, above_zero, spread, straight, together
 from lightloc.answer import judged
 from lightloc.candidates import MARGIN
 from lightloc.certainty import inseparable, resolution
@@ -142,7 +142,7 @@ def whole(
         return found
     lights, split, _ = together(split, found.lights, problem)
     lights, split = lights.brightest_first(), split.rows(lights.order)
-    _, errors = newton(split, lights, problem)
+    errors = spread(split, lights, problem)
     criterion, direct = Criterion.of(o), split.direct(lights.intensities)
     z, cost = split.residual(lights.intensities), split.cost(lights.intensities)
     fit = Fit(lights, z, cost)

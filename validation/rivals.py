@@ -17,7 +17,8 @@ from scipy.optimize import nnls
 
 import lightloc
 from lightloc import Grid, Observations, Paper, PointLights, shading
-from lightloc.levenberg import Unknown, descend
+from lightloc.batched import Unknown
+from lightloc.levenberg import descend
 from lightloc.solve import Problem, intensities
 from render.descent import optimize
 from render.room import Room

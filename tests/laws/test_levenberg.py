@@ -14,12 +14,13 @@ from lightloc import (
     Lambert,
     Observations,
     PointLights,
-    levenberg,
+    batched,
     radiance,
     shading,
     shading_gradient,
 )
-from lightloc.levenberg import MARGIN, Descents, Unknown, descend
+from lightloc.batched import MARGIN, Unknown
+from lightloc.levenberg import Descents, descend
 from lightloc.solve import Problem
 from validation.table1.columns import LOW_ERROR
 from validation.table1.rooms import CLEARANCE, PlaneRoom, rooms
@@ -206,7 +207,7 @@ def test_a_dark_light_comes_back():
 def test_a_wall_does_not_hold_lights(monkeypatch):
     """Random starts succeed more often when lights keep off the walls than when they do not."""
     with_margin = random_rate(np.random.default_rng(1))
-    monkeypatch.setattr(levenberg, "MARGIN", 0.0)
+    monkeypatch.setattr(batched, "MARGIN", 0.0)
     assert is_higher(with_margin, random_rate(np.random.default_rng(1)))
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import render
 from lightloc import Observations, Options
-from lightloc.all_light import Split, newton, straight
+from lightloc.all_light import Split, spread, straight
 from lightloc.noise import working_sigma
 from lightloc.rounds import Indirect
 from lightloc.solve import Problem
@@ -21,6 +21,6 @@ def most(seen: Observations, room: render.Room, indirect: Indirect, off: Toleran
     problem = Problem.of(q, q.sigma, room.geometry, q.bounds)
     columns = indirect(room.lights.positions)
     split = Split(q, straight(problem, room.lights), *columns, Options().outlier)
-    _, bound = newton(split, room.lights, problem)
+    bound = spread(split, room.lights, problem)
     share = off.intensity / 100 * room.lights.intensities[:, 0]
     return within(bound.covariance, off.position * room.diagonal, share)

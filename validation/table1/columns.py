@@ -9,7 +9,8 @@ from functools import cache
 import numpy as np
 
 from lightloc import Observations, Paper, PointLights, Reason, localize, radiance
-from lightloc.levenberg import NEARBY, Unknown, descend
+from lightloc.batched import Unknown
+from lightloc.levenberg import NEARBY, descend
 from lightloc.solve import Problem
 from lightloc.surface import Perimeter
 from validation.match import compare
