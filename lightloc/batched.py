@@ -61,6 +61,7 @@ class Indirect:
 class Place:
     """m points of the search with what a step needs: A = J^T J and g = J^T r.
 
+    In 64 bits R, b of a QR of the whitened J beside r, too: J^T J squares the condition number.
     Shadows are kept with the positions where they were taken: V, its slope, and those positions.
     """
 
@@ -70,6 +71,7 @@ class Place:
     chi2: NDArray  # (m,)
     A: NDArray  # (m, u, u)
     g: NDArray  # (m, u)
+    R: NDArray  # (m, u, u + 1), b in the last column; of no length in 32 bits
     seen: NDArray  # (m, k, n), V; of no length where nothing occludes
     turn: NDArray  # (m, d, k, n), its slope; of no length where edges are hard
     taken: NDArray  # (m, k, 3)
@@ -151,6 +153,11 @@ class Model:
         return positions, np.exp(intensities) if self.logarithmic else intensities
 
     @property
+    def is_exact(self) -> bool:
+        """Whether a step is solved without squaring the condition number."""
+        return self.problem.surfels.double and not self.indirect
+
+    @property
     def logarithmic(self) -> bool:
         return self.unknown is Unknown.LOGARITHM
 
@@ -180,6 +187,7 @@ class Model:
             S = S * V
         A, g = np.zeros((m, k * (d + c), k * (d + c))), np.zeros((m, k * (d + c)))
         chi2 = np.zeros(m)
+        whole = np.zeros((m, c * n if self.is_exact else 0, k * (d + c) + 1))
         for channel in range(c):
             own = min(channel, len(S) - 1)
             weight = 1 / problem.sigma[:, channel]
@@ -204,20 +212,28 @@ class Model:
             columns = np.concatenate([np.arange(k * d), k * d + np.arange(k) * c + channel])
             A[:, columns[:, None], columns] += weighed @ J.transpose(0, 2, 1)
             g[:, columns] += (weighed @ r[:, :, None].astype(S.dtype))[:, :, 0]
-            chi2 = chi2 + own_chi2
+            chi2 += own_chi2
+            if self.is_exact:
+                rows = np.arange(channel * n, channel * n + n)[:, None]
+                half = np.ones_like(r) if trust is None else np.sqrt(trust)
+                whole[:, rows, columns] = (J * half[:, None]).swapaxes(1, 2)
+                whole[:, rows[:, 0], -1] = r * half
         if self.indirect:
             noise, bright = self.indirect.noise.ravel(), intensities.reshape(m, -1)
             A[:, range(k * d, k * (d + c)), range(k * d, k * (d + c))] -= noise
             g[:, k * d :] -= noise * bright
-            chi2 = chi2 - np.square(bright) @ noise
+            chi2 -= np.square(bright) @ noise
         if self.tie:
             A, g = self.tie.matrix.T @ A @ self.tie.matrix, g @ self.tie.matrix
+            whole = np.concatenate([whole[:, :, :-1] @ self.tie.matrix, whole[:, :, -1:]], axis=2)
         low, high = self.limits
         held = ((x <= low) & (g > 0)) | ((x >= high) & (g < 0))  # what would go beyond its limit
         if held.any():
             g[held] = 0
             A *= np.where(held[:, :, None] | held[:, None, :], np.eye(g.shape[1]), 1.0)
-        return Place(x, positions, intensities, chi2, A, g, seen, turn, taken)
+            whole[:, :, :-1] *= ~held[:, None]
+        R = np.linalg.qr(whole, "r")[:, : g.shape[1]] if self.is_exact else whole
+        return Place(x, positions, intensities, chi2, A, g, R, seen, turn, taken)
 
     def shadowed(self, positions: NDArray, seen: NDArray, turn: NDArray, taken: NDArray) -> NDArray:
         """V (m, k, n); ``seen``, its slope, and where taken, anew for lights that moved too far."""

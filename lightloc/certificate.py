@@ -61,7 +61,7 @@ def certificate_of(
         tight: some observations of ``whole``.
         dictionary: over ``over``, the same with other errors.
     """
-    level = max(1.0, level_of(fit.residual)) if len(fit) else 1.0
+    level = max(o.least, level_of(fit.residual)) if len(fit) else 1.0
     own, sampled = (replace(p, sigma=p.sigma * level) for p in (whole, tight))
     return certificate(own, sampled, dictionary.under(over, sampled), fit.lights, o)
 

@@ -167,9 +167,16 @@ def _steps(place: Place, damping: NDArray) -> tuple[NDArray, NDArray]:
     diagonal = np.maximum(diagonal, FLAT * diagonal.max(axis=1, keepdims=True))
     diagonal = np.maximum(diagonal, np.finfo(float).tiny)
     root = np.sqrt(diagonal)
-    scaled = place.A / (root[:, :, None] * root[:, None, :])
-    scaled += damping[:, None, None] * np.eye(place.g.shape[1])
-    step = -np.linalg.solve(scaled, (place.g / root)[:, :, None])[:, :, 0] / root
+    if place.R.shape[1]:
+        u = place.g.shape[1]
+        damped = np.sqrt(damping)[:, None, None] * np.eye(u)
+        Q, R = np.linalg.qr(np.concatenate([place.R[:, :, :u] / root[:, None], damped], axis=1))
+        b = Q[:, :u].swapaxes(1, 2) @ place.R[:, :, u:]
+        step = -np.linalg.solve(R, b)[:, :, 0] / root
+    else:
+        scaled = place.A / (root[:, :, None] * root[:, None, :])
+        scaled += damping[:, None, None] * np.eye(place.g.shape[1])
+        step = -np.linalg.solve(scaled, (place.g / root)[:, :, None])[:, :, 0] / root
     step[~np.isfinite(step).all(axis=1)] = 0.0  # begun on an observation: stays, and is given up
     promised = damping * (step * step * diagonal).sum(axis=1) - (step * place.g).sum(axis=1)
     return step, promised

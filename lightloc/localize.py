@@ -123,7 +123,7 @@ def without_indirect(
 METHODS: dict[str, type[Options] | type[Paper]] = {"search": Options, "paper": Paper}
 
 
-SILENT = 0.03
+SILENT = 1e-8
 """Chi-square a residual of exact observations: float32's own, measured."""
 
 
@@ -143,6 +143,7 @@ def searched(
     exact = is_exact(q) and o.noise == "given"
     whole = replace(ground.whole, radiance=q.radiance, sigma=working_sigma(q, o))
     enough = SILENT if exact else 0.0
+    criterion = criterion.exact() if exact else criterion
     search = ground.search(whole, o, criterion, watch, enough=enough, rough=rough)
     if start:
         search.start(start)
