@@ -8,16 +8,15 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lightloc.candidates import MARGIN
 from lightloc.certainty import Bound, bound_at, inseparable, resolution
 from lightloc.extended import Extended, extended
 from lightloc.fields import intensity_distance
+from lightloc.ladder import Ladder
 from lightloc.lights import PointLights
 from lightloc.noise import level_of
 from lightloc.observations import Observations
 from lightloc.options import Options
 from lightloc.result import Localization, Reason, Step
-from lightloc.search import Search
 from lightloc.solve import Fit, Problem, amounts
 from lightloc.verdicts import (
     DECISIVE,
@@ -32,13 +31,17 @@ from lightloc.verdicts import (
     unexplained,
 )
 
+MARGIN = 3.0
+"""Standard errors on top of B before D bounds an intensity: one in a thousand B is lower still."""
 
-def answer(q: Observations, problem: Problem, fit: Fit, o: Options, search: Search) -> Localization:
+
+def answer(q: Observations, problem: Problem, fit: Fit, o: Options, ladder: Ladder) -> Localization:
     """How sure the lights are, what cannot be told, and why the search stopped."""
-    count, criterion = len(fit), search.criterion
-    wide = None if search.rough else extended(problem, fit, criterion, o.cluster)
+    view, count = ladder.view, len(fit)
+    criterion = view.criterion
+    wide = None if view.rough else extended(problem, fit, criterion, o.cluster)
     left = Fit(wide.points, wide.fit.residual, wide.fit.cost) if wide else fit
-    peak = np.nan if search.rough else search.certificate(problem, left)[0]
+    peak = np.nan if view.rough else view.certificate(problem, left)[0]
     if wide is None:
         fit = Fit(fit.lights.brightest_first(), fit.residual, fit.cost)
         width = np.zeros(len(fit))
@@ -48,7 +51,7 @@ def answer(q: Observations, problem: Problem, fit: Fit, o: Options, search: Sear
     verdicts = [
         *too_few(problem, lights),
         *mirrored(problem, lights, level, criterion, o),
-        *hidden(search.dictionary, problem.geometry, problem.axes),
+        *hidden(view.dictionary, problem.geometry, problem.axes),
         *spread_out(wide.width),
     ]
     if not len(lights):
@@ -65,7 +68,7 @@ def answer(q: Observations, problem: Problem, fit: Fit, o: Options, search: Sear
         fit,
         o,
         reason,
-        search.history,
+        ladder.history,
         bound=wide.bound,
         points=wide.points,
         resolution=np.where(wide.width > 0, np.nan, resolution(problem, lights)),

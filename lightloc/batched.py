@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from enum import Enum
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -129,7 +130,7 @@ class Model:
         taken = np.full((m, k, 3), np.inf)
         return self.place(np.clip(x, *self.limits), loss, seen, turn, taken)
 
-    @property
+    @cached_property
     def limits(self) -> tuple[NDArray, NDArray]:
         """The least and the largest of each unknown: (u,), (u,)."""
         k, d, c = self.shape
@@ -232,7 +233,7 @@ class Model:
             g[held] = 0
             A *= np.where(held[:, :, None] | held[:, None, :], np.eye(g.shape[1]), 1.0)
             whole[:, :, :-1] *= ~held[:, None]
-        R = np.linalg.qr(whole, "r")[:, : g.shape[1]] if self.is_exact else whole
+        R = np.asarray(np.linalg.qr(whole, mode="r"))[:, : g.shape[1]] if self.is_exact else whole
         return Place(x, positions, intensities, chi2, A, g, R, seen, turn, taken)
 
     def shadowed(self, positions: NDArray, seen: NDArray, turn: NDArray, taken: NDArray) -> NDArray:

@@ -15,9 +15,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lightloc.candidates import Dictionary, Left, atoms_at, unbounded_gains
+from lightloc.candidates import Left, atoms_at, gains_of
 from lightloc.levenberg import Descents, descend
-from lightloc.solve import Problem, whitened
+from lightloc.solve import Problem
+from lightloc.view import Stage
 
 PEAKS, APART = 24, 0.08
 """Peaks of the gain that are starts, and how far apart they are, of the longest side."""
@@ -42,47 +43,43 @@ LOT = 0.5
 
 
 def born(
-    problem: Problem,
-    dictionary: Dictionary,
-    one: Descents,
-    z: NDArray[np.float64],
-    loss: float,
-    scale: float,
-    most: int,
-    rng: np.random.Generator | None,
+    stage: Stage, one: Descents, loss: float | None, most: int, rng: np.random.Generator | None
 ) -> Descents | None:
     """One hypothesis with up to ``most`` more lights, each where it alone would gain most.
 
     Args:
-        dictionary: over ``problem``.
-        z: (n, c) what the hypothesis leaves, in standard errors.
-        loss: standard errors beyond which these count less and less in the gain (Cauchy's).
-        scale: the same where a light is fitted alone.
+        loss: standard errors beyond which residuals count less and less in the gain; the
+            criterion's own where None.
         rng: shuffles the gains; None for their plain order.
 
     None where nothing gains.
     """
-    p, I = one.positions[0], one.intensities[0]
-    left = Left.beside(whitened(problem, p), z, 1 / (1 + np.square(z / loss)))
+    problem, dictionary = stage.problem, stage.dictionary
+    z, scale = stage.residuals(one), stage.criterion.likelihood.scale
+    left = Left.robust(problem, one.positions[0], z, scale if loss is None else loss)
     chance = (lambda n: rng.uniform(LOT, 1.0, n)) if rng else np.ones
-    gains = unbounded_gains(dictionary.atoms, left)
+    gains = dictionary.gains(left)
     peaks = dictionary.peaks(gains * chance(len(gains)), len(gains))
     starts = dictionary.points[spaced(dictionary.points, peaks, PEAKS, APART * problem.size)]
     if not len(starts):
         return None
     found = alone(problem, starts, z, scale)
-    gains = unbounded_gains(atoms_at(problem, found), left)
+    atoms = atoms_at(problem, found)
+    gains = gains_of(atoms, np.square(atoms), left)
     order = np.argsort(-gains * chance(len(gains)), kind="stable")
     best = spaced(found, order[gains[order] > 0], most, NEAR * problem.size)
     if not len(best):
         return None
-    new = np.stack([about(problem, found[j], left) for j in best])
+    new = np.stack([about(problem, p, left) for p in found[best]])
     atoms = atoms_at(problem, new)
     a = np.stack([one @ r for one, r in zip(atoms, left.residual, strict=True)], axis=1)
     b = np.stack([np.square(one) @ w for one, w in zip(atoms, left.weight, strict=True)], axis=1)
     bright = np.maximum(a / np.maximum(b, np.finfo(np.float32).tiny), 0) / len(new)
     bright = np.maximum(bright, FAINT * bright.max())
-    return Descents.of(np.concatenate([p, new])[None], np.concatenate([I, bright])[None])
+    return Descents.of(
+        np.concatenate([one.positions, new[None]], axis=1),
+        np.concatenate([one.intensities, bright[None]], axis=1),
+    )
 
 
 def alone(
@@ -112,7 +109,8 @@ def about(problem: Problem, p: NDArray[np.float64], left: Left) -> NDArray[np.fl
     places = np.tile(p, (CLOUD + 1, 1))
     places[1:, axes] += way * far[:, None]
     places = np.clip(places, *problem.bounds)
-    return places[int(np.argmax(unbounded_gains(atoms_at(problem, places), left)))]
+    atoms = atoms_at(problem, places)
+    return places[int(np.argmax(gains_of(atoms, np.square(atoms), left)))]
 
 
 def spaced(

@@ -15,32 +15,26 @@ from scipy.ndimage import maximum_filter
 
 from lightloc.grid import Grid
 from lightloc.shading import shaded
-from lightloc.solve import Problem
+from lightloc.solve import Problem, whitened
 
 
 @dataclass(frozen=True, eq=False)
 class Dictionary:
-    """S(q, p) / sigma for all positions of a grid: ``atoms`` (c, g, n) float32.
-
-    ``cap`` (g, c) is D(p), Eq. 6: the brightest that a light can be there.
-    """
+    """S(q, p) / sigma for all positions of a grid: ``atoms`` (c, g, n) float32."""
 
     grid: Grid
     points: NDArray[np.float64]  # (g, 3)
     atoms: NDArray[np.float32]
-    cap: NDArray[np.float64]
 
     @staticmethod
     def over(problem: Problem, grid: Grid) -> Dictionary:
         points = grid.points
-        atoms = atoms_at(problem, points)
-        return Dictionary(grid, points, atoms, caps(problem, atoms))
+        return Dictionary(grid, points, atoms_at(problem, points))
 
     def under(self, problem: Problem, other: Problem) -> Dictionary:
         """The same positions for the same observations with other standard errors."""
         ratio = (problem.sigma / other.sigma).T[:, None].astype(np.float32)
-        atoms = self.atoms * ratio
-        return Dictionary(self.grid, self.points, atoms, caps(other, atoms))
+        return Dictionary(self.grid, self.points, self.atoms * ratio)
 
     @cached_property
     def energies(self) -> NDArray[np.float32]:
@@ -48,7 +42,7 @@ class Dictionary:
 
     def gains(self, left: Left) -> NDArray[np.float64]:
         """`gains_of` this grid's atoms."""
-        return gains_of(self.atoms, self.energies, self.cap, left)
+        return gains_of(self.atoms, self.energies, left)
 
     def peaks(self, gains: NDArray, most: int) -> NDArray[np.intp]:
         """The ``most`` highest local maxima of the gains, best first: rows of ``points``."""
@@ -56,19 +50,29 @@ class Dictionary:
         top = np.flatnonzero((gains > 0) & (field == maximum_filter(field, 3)).ravel())
         return top[np.argsort(-gains[top], kind="stable")][:most]
 
+    def tops(self, problem: Problem, left: Left, most: int) -> NDArray[np.float64]:
+        """The ``most`` highest peaks of the gain, each followed to its top: (m, 3), best first.
+
+        Args:
+            problem: that the dictionary is over.
+        """
+        tops = self.points[self.peaks(self.gains(left), most)].copy()
+        for i, p in enumerate(tops):
+            reach = self.grid.step
+            for _ in range(ZOOMS):
+                points = Grid.around(p, reach, problem.bounds, ZOOM).points
+                atoms = atoms_at(problem, points)
+                p = points[np.argmax(gains_of(atoms, np.square(atoms), left))]
+                reach = reach * 2 / ZOOM
+            tops[i] = p
+        return tops
+
 
 def atoms_at(problem: Problem, points: NDArray) -> NDArray[np.float32]:
     """S / sigma at (g, 3) points: (c, g, n)."""
     S = shaded(problem.surfels, points, problem.geometry)
     weight = (1 / problem.sigma).T[:, None].astype(np.float32)
     return S.astype(np.float32, copy=False) * weight
-
-
-def caps(problem: Problem, atoms: NDArray) -> NDArray[np.float64]:
-    """D(p) = min B / S with B raised by `MARGIN` standard errors: (g, c)."""
-    top = (np.maximum(problem.radiance / problem.sigma, 0) + MARGIN).T.astype(np.float32)
-    with np.errstate(divide="ignore"):
-        return np.stack([(B / a).min(axis=1) for B, a in zip(top, atoms, strict=True)], axis=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,6 +90,11 @@ class Left:
     basis: tuple[NDArray[np.float32], ...]
 
     @staticmethod
+    def robust(problem: Problem, positions: NDArray, z: NDArray, loss: float) -> Left:
+        """Beside lights at (k, 3) positions that leave z (n, c), with Cauchy's weights."""
+        return Left.beside(whitened(problem, positions), z, 1 / (1 + np.square(z / loss)))
+
+    @staticmethod
     def beside(columns: NDArray, residual: NDArray, weight: NDArray) -> Left:
         """From what is refitted with it, (n, k, c), the residual and its weight, each (n, c)."""
         left, spans = [], []
@@ -98,17 +107,16 @@ class Left:
         return Left(np.array(left, np.float32), weight.T.astype(np.float32), tuple(spans))
 
 
-def gains_of(atoms: NDArray, energies: NDArray, cap: NDArray, left: Left) -> NDArray[np.float64]:
+def gains_of(atoms: NDArray, energies: NDArray, left: Left) -> NDArray[np.float64]:
     """How much chi-square one more light would gain at each position, all others refitted.
 
     Args:
         atoms, energies: (c, g, n) S / sigma and its square.
-        cap: (g, c) the brightest that a light can be.
         left: what is left to explain.
 
-    Returns (g,): the sum over channels of 2 a I - b I^2 at I = min(a / b, D), where a > 0 is the
-    correlation with the residual and b what is left of the atom's energy beside the present
-    lights'.
+    Returns (g,): the sum over channels of a^2 / b, where a > 0 is the correlation with the
+    residual and b what is left of the atom's energy beside the present lights'. D(p) caps nothing
+    here: one observation in a shadow that the geometry does not have would rule out the true light.
     """
     total = np.zeros(atoms.shape[1])
     for c in range(len(atoms)):
@@ -118,24 +126,13 @@ def gains_of(atoms: NDArray, energies: NDArray, cap: NDArray, left: Left) -> NDA
         if left.basis[c].shape[1]:
             b = b - np.square(atoms[c] @ left.basis[c]).sum(axis=1)
         good = (a > 0) & (b > floor) & (floor > 0)
-        a, b = np.where(good, a, 0.0), np.where(good, b, 1.0)
-        I = np.minimum(a / b, cap[:, c])
-        total += 2 * a * I - b * I * I
+        total += np.where(good, a, 0.0) ** 2 / np.where(good, b, 1.0)
     return total
 
 
-def unbounded_gains(atoms: NDArray, left: Left) -> NDArray[np.float64]:
-    """`gains_of` atoms (c, g, n) where nothing says how bright a light can be.
-
-    D(p) caps a light by its darkest observation: one that lies in a shadow which the geometry
-    does not have makes the true light impossible.
-    """
-    free = np.full((atoms.shape[1], len(atoms)), np.inf)
-    return gains_of(atoms, np.square(atoms), free, left)
-
+ZOOMS, ZOOM = 2, 5
+"""Finer grids about a peak, so that a shadow's edge starts on its right side, and their cells along
+each axis."""
 
 ENERGY_LEFT = 1e-3
 """Atoms that the present lights explain but for this share are those lights again."""
-
-MARGIN = 3.0
-"""Standard errors on top of B before D caps a candidate: one in a thousand B is lower still."""

@@ -7,11 +7,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lightloc.candidates import Dictionary, Left, atoms_at, caps, gains_of
+from lightloc.candidates import Dictionary, Left, atoms_at, gains_of
 from lightloc.certainty import jacobian
 from lightloc.criterion import Likelihood
 from lightloc.lights import PointLights
-from lightloc.moves import zoomed
 from lightloc.noise import level_of
 from lightloc.solve import Fit, Problem, residuals, whitened
 
@@ -39,15 +38,11 @@ def certificate(
     Returns standard errors (over several channels, the root of the sum of squares), and p.
     """
     seen = _left(sampled, lights, likelihood)
-    peaks = dictionary.peaks(dictionary.gains(seen), PEAKS)
-    if not len(peaks):
+    tops = dictionary.tops(sampled, seen, PEAKS)
+    if not len(tops):
         return 0.0, dictionary.points[0]
-    reach = dictionary.grid.step
-    tops = np.stack([zoomed(sampled, dictionary.points[j], reach, seen)[0] for j in peaks])
     atoms = atoms_at(problem, tops)
-    gains = gains_of(
-        atoms, np.square(atoms), caps(problem, atoms), _left(problem, lights, likelihood)
-    )
+    gains = gains_of(atoms, np.square(atoms), _left(problem, lights, likelihood))
     best = int(np.argmax(gains))
     return float(np.sqrt(gains[best])), tops[best]
 
@@ -61,7 +56,7 @@ def certificate_of(
         tight: some observations of ``whole``.
         dictionary: over ``over``, the same with other errors.
     """
-    level = max(o.least, level_of(fit.residual)) if len(fit) else 1.0
+    level = max(1.0, level_of(fit.residual)) if len(fit) else 1.0
     own, sampled = (replace(p, sigma=p.sigma * level) for p in (whole, tight))
     return certificate(own, sampled, dictionary.under(over, sampled), fit.lights, o)
 

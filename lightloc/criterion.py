@@ -28,9 +28,6 @@ out: once indirect light was removed, and where the model proves wrong."""
 ESTIMATED = 1.3
 """Chi-square a residual that noise is allowed where the errors are estimates themselves."""
 
-ROUNDING = 1e-6
-"""Of the arithmetic's error, 1e-6 of B: what exact observations in 64 bits may really have."""
-
 LUCK = 2.0
 """Standard deviations of chi-square above its mean at which a fit is looked at again."""
 
@@ -42,14 +39,12 @@ class Likelihood:
     Args:
         scale: standard errors beyond which a residual counts less and less (Cauchy's loss).
         known: sigma is right; else it is right but for a factor.
-        least: of the standard errors, what the noise may really be.
         few: share of the residuals that may lie anywhere beyond ``scale``.
         typical: chi-square a residual that noise alone leaves, at most.
     """
 
     scale: float = 5.0
     known: bool = True
-    least: float = 1.0
     few: float = FEW
     typical: float = 1.0
 
@@ -89,8 +84,7 @@ class Criterion:
 
     @staticmethod
     def of(o: Options) -> Criterion:
-        known = o.noise == "given"
-        likelihood = Likelihood(o.outlier, known, 1.0 if known else np.finfo(float).tiny)
+        likelihood = Likelihood(scale=o.outlier, known=o.noise == "given")
         return Criterion(likelihood, o.significant, o.unlikely)
 
     def after_removal(self) -> Criterion:
@@ -98,17 +92,14 @@ class Criterion:
         estimated = replace(self.likelihood, typical=ESTIMATED)
         return replace(self.doubting(), likelihood=estimated)
 
-    def exact(self) -> Criterion:
-        """The same for observations that claim no error: at most the arithmetic's, in 64 bits less."""
-        return replace(self, likelihood=replace(self.likelihood, least=ROUNDING))
-
     def doubting(self) -> Criterion:
         """The same where errors are shared by neighbours."""
         return replace(self, shared=max(self.shared, SHARED))
 
     def level(self, fits: Iterable[Fit]) -> float:
-        """The least residuals of any fit, in standard errors, taken for noise."""
-        return max(self.likelihood.least, min(level_of(fit.residual) for fit in fits))
+        """The least residuals of any fit, in standard errors, taken for noise; 1 where less."""
+        least = min(level_of(fit.residual) for fit in fits)
+        return max(1.0 if self.likelihood.known else np.finfo(float).tiny, least)
 
     def best(self, fits: Iterable[Fit]) -> Fit:
         """The fit of least cost at the level of noise that the best leaves."""

@@ -14,13 +14,13 @@ from lightloc.certificate import certificate_of
 from lightloc.criterion import Criterion, Likelihood
 from lightloc.geometry import Geometry
 from lightloc.grid import Grid
-from lightloc.noise import is_exact, search_sigma, working_sigma
+from lightloc.noise import is_exact, working_sigma
 from lightloc.observations import Observations
 from lightloc.options import Options
 from lightloc.result import Step
-from lightloc.search import Search
 from lightloc.solve import Fit, Problem
 from lightloc.surfels import surfels
+from lightloc.view import View
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +68,7 @@ class Ground:
         tight = whole if self.some is None else whole.rows_of(self.some)
         return certificate_of(fit, whole, tight, self.dictionary, self.sampled, o)[0]
 
-    def search(
+    def view(
         self,
         whole: Problem,
         o: Options,
@@ -77,28 +77,21 @@ class Ground:
         *,
         enough: float = 0.0,
         rough: bool = False,
-    ) -> Search:
-        """A search over these observations with the B and the sigma of ``whole``."""
+    ) -> View:
+        """These observations with the B and the sigma of ``whole``."""
         geometry = None if self.is_open else whole.geometry
         tight = replace(whole if self.some is None else whole.rows_of(self.some), geometry=geometry)
-        sampled = replace(self.sampled, radiance=tight.radiance, geometry=geometry)
-        loose = replace(sampled, sigma=search_sigma(tight))
-        hard = self.is_open or rough
-        return Search(
+        return View(
             tight=tight,
-            loose=loose,
-            dictionary=self.dictionary.under(self.sampled, loose),
-            blurs=(0.0,) if hard else tuple(blur * whole.size for blur in BLURS),
+            single=replace(self.sampled, radiance=tight.radiance, geometry=geometry),
+            dictionary=self.dictionary,
+            occluded=not self.is_open,
             most_lights=o.most_lights,
             criterion=criterion,
             enough=enough,
             rough=rough,
             watch=watch,
         )
-
-
-BLURS = (0.02, 0.005, 0.0)
-"""Of the longest side: widths that shadows' edges get one after the other."""
 
 
 def occludes(problem: Problem, dictionary: Dictionary) -> bool:

@@ -11,10 +11,12 @@ from numpy.typing import ArrayLike
 from lightloc.answer import answer
 from lightloc.backend import one_blas_thread
 from lightloc.checks import array
+from lightloc.climb import climbed, resumed
 from lightloc.criterion import Criterion
 from lightloc.geometry import Geometry
 from lightloc.ground import Ground
 from lightloc.indirect import remove_indirect
+from lightloc.ladder import Ladder
 from lightloc.lights import PointLights
 from lightloc.noise import is_exact, working_sigma
 from lightloc.observations import Observations
@@ -24,7 +26,6 @@ from lightloc.paper import Paper
 from lightloc.published import published
 from lightloc.result import Localization, Step
 from lightloc.rounds import Indirect, rounds
-from lightloc.search import grow, improve
 from lightloc.settle import settled
 from lightloc.surface import Surface
 
@@ -123,7 +124,7 @@ def without_indirect(
 METHODS: dict[str, type[Options] | type[Paper]] = {"search": Options, "paper": Paper}
 
 
-SILENT = 1e-8
+SILENT = 0.03
 """Chi-square a residual of exact observations: float32's own, measured."""
 
 
@@ -138,23 +139,19 @@ def searched(
 ) -> Localization:
     """Ours: climb to a set of lights over some observations, then settle it over all.
 
-    A ``rough`` answer is to be searched on from: neither exchanged nor settled nor judged.
+    A ``rough`` answer is to be searched on from: neither settled nor judged.
     """
     exact = is_exact(q) and o.noise == "given"
     whole = replace(ground.whole, radiance=q.radiance, sigma=working_sigma(q, o))
     enough = SILENT if exact else 0.0
-    criterion = criterion.exact() if exact else criterion
-    search = ground.search(whole, o, criterion, watch, enough=enough, rough=rough)
-    if start:
-        search.start(start)
-    else:
-        opened(search)
-        grow(search)
-    if not (rough or (start and criterion.is_explained(search.tight, search.best))):
-        improve(search)
-    if o.noise == "given" and not criterion.is_clean(search.tight, search.best):
+    view = ground.view(whole, o, criterion, watch, enough=enough, rough=rough)
+    ladder = Ladder.on(view)
+    ladder = resumed(ladder, start) if start else climbed(opened(ladder))
+    if start and not criterion.is_explained(view.tight, ladder.best):
+        ladder = climbed(ladder)
+    if o.noise == "given" and not criterion.is_clean(view.tight, ladder.best):
         # an error of the model is shared by neighbours too
-        search = replace(search, criterion=criterion.doubting())
-    best, whole = settled(whole, search)
-    search.history.append(Step("polish on all observations", len(best), best.cost / whole.rows))
-    return answer(q, whole, best, o, search)
+        ladder = replace(ladder, view=replace(view, criterion=criterion.doubting()))
+    best, whole = settled(whole, ladder)
+    last = Step("polish on all observations", len(best), best.cost / whole.rows)
+    return answer(q, whole, best, o, replace(ladder, history=(*ladder.history, last)))

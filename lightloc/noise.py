@@ -9,13 +9,9 @@ from numpy.typing import NDArray
 
 from lightloc.observations import Observations
 from lightloc.options import Options
-from lightloc.solve import Problem
 
 DARK = 0.1
 """Of the median standard error: none is smaller, since no sensor is exact."""
-
-SEARCH_NOISE = 0.02
-"""k of section 6.1, added while lights are still missing."""
 
 Law = Callable[[NDArray], NDArray]
 
@@ -48,13 +44,6 @@ def working_sigma(q: Observations, o: Options) -> NDArray[np.float64]:
     model = o.relative * np.abs(q.radiance) + o.absolute * mean
     floor = np.maximum(DARK * np.median(sigma, axis=0), np.finfo(float).tiny)
     return np.maximum(np.hypot(sigma, model), floor)
-
-
-def search_sigma(problem: Problem) -> NDArray[np.float64]:
-    """Wider errors while lights are missing: shot noise, so that no dark corner dominates."""
-    B = np.maximum(problem.radiance, 0)
-    shot = SEARCH_NOISE * np.sqrt(B.mean(axis=0) * (B + SEARCH_NOISE * B.mean(axis=0)))
-    return np.hypot(problem.sigma, shot)
 
 
 def level_of(z: NDArray, parameters: int = 0) -> float:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from lightloc.batched import Unknown
 from lightloc.criterion import Criterion
 from lightloc.levenberg import FIRST_DAMPING, Descents, descend
-from lightloc.moves import along_errors, asides, deaths, lights_of, merges, start_at
+from lightloc.moves import lights_of, start_at, without_one
 from lightloc.solve import Fit, Problem, fit_of, residuals
 
 QUICK = 12
@@ -40,16 +40,6 @@ lights that are missing."""
 
 TYPICAL = 0.95
 """Share of the residuals that the loss takes as they are while lights are missing."""
-
-ASIDE = (0.001, 0.03)
-"""Of the longest side: steps across shadows' edges, least and most."""
-
-TRIES, EACH, TIMES = 2, 5, 4.0
-"""Such steps may be taken in vain so many times; so many at once a light, and twice as many of all
-lights together, by so many standard errors."""
-
-WORTHWHILE = 1.0
-"""Chi-square that a step must gain for another."""
 
 FRONT, NEAR_MISS = 3, 20.0
 """Hypotheses with a light less that are refined further; least gains that they may be behind."""
@@ -121,34 +111,12 @@ def sharpened(
     return fit_of(problem, lights_of(start), least)
 
 
-def over_edges(problem: Problem, fit: Fit, criterion: Criterion) -> Fit:
-    """Refine on from small steps aside, of one light at a time, while any of them leads lower.
-
-    With true shadows chi-square jumps wherever an observation enters or leaves one, and a
-    descent stops at the edge; a start beyond it may not.
-    """
-    rng, scale = np.random.default_rng(0), criterion.likelihood.scale
-    reach = (ASIDE[0] * problem.size, ASIDE[1] * problem.size)
-    vain = 0
-    while len(fit) and vain < TRIES:
-        here = start_at(fit.lights)
-        starts = asides(problem, here, EACH, reach, rng)
-        starts = starts.with_(along_errors(problem, fit.lights, 2 * EACH, TIMES, rng))
-        tried = polished(problem, starts, scale, QUICK, near=True)
-        lights = lights_of(tried.rows(np.array([int(np.argmin(tried.chi2))])))
-        there = fit_of(problem, lights, scale)
-        gain, fit = fit.cost - there.cost, min(fit, there, key=lambda f: f.cost)
-        vain = 0 if gain > WORTHWHILE * max(1.0, fit.cost / problem.rows) else vain + 1
-    return fit
-
-
-def prune(problem: Problem, fit: Fit, criterion: Criterion) -> Fit:
+def pruned(problem: Problem, fit: Fit, criterion: Criterion) -> Fit:
     """Drop or join lights where that leaves the fit not significantly worse, the best first."""
     scale = criterion.likelihood.scale
     while len(fit) > 1:
         level, price = criterion.level([fit]), criterion.price(problem)
-        here = start_at(fit.lights)
-        start = deaths(here).with_(merges(problem, here))
+        start = without_one(problem, start_at(fit.lights), scale * level)
         tried = polished(problem, start, scale * level, QUICK, near=True)
         best = np.argsort(tried.chi2, kind="stable")[:FRONT]
         most = criterion.likelihood.cost(fit.residual, level) + NEAR_MISS * price

@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from lightloc.all_light import Split, above_zero, spread, straight, together
-from lightloc.answer import judged
-from lightloc.candidates import MARGIN
+from lightloc.answer import MARGIN, judged
 from lightloc.certainty import inseparable, resolution
 from lightloc.criterion import Criterion
 from lightloc.fields import intensity_distance

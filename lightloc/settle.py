@@ -6,38 +6,39 @@ from dataclasses import replace
 
 import numpy as np
 
+from lightloc.ladder import Ladder
 from lightloc.levenberg import Descents
 from lightloc.moves import start_at
 from lightloc.noise import law_of, level_of
-from lightloc.polish import prune, sharpened
-from lightloc.search import Search
+from lightloc.polish import pruned, sharpened
 from lightloc.solve import Fit, Problem, intensities, no_lights
 
 REWEIGHTED = 2
 """Times that sigma is taken at the model's B: the second changes it by a thousandth."""
 
 
-def settled(whole: Problem, search: Search) -> tuple[Fit, Problem]:
-    """Polish the search's best over all observations and drop what is idle.
+def settled(whole: Problem, ladder: Ladder) -> tuple[Fit, Problem]:
+    """Polish the ladder's best over all observations and drop what is idle.
 
     Where sigma follows from B, it is then taken at the model's B, and where it is to be
     estimated, from the residuals; the problem comes back with the errors that were used.
     """
-    criterion, fit = search.criterion, search.best
+    view, fit = ladder.view, ladder.best
+    criterion = view.criterion
     if not len(fit):
         return no_lights(whole, criterion.likelihood.scale), whole
     law = law_of(whole.radiance, whole.sigma)
-    if search.rough:
+    if view.rough:
         return sharpened(whole, start_at(fit.lights), criterion), whole
-    if whole.rows > search.tight.rows:
-        fit = prune(search.tight, fit, criterion)
-        explained = criterion.is_explained(search.tight, fit)
+    if whole.rows > view.tight.rows:
+        fit = pruned(view.tight, fit, criterion)
+        explained = criterion.is_explained(view.tight, fit)
         fit = sharpened(whole, start_at(fit.lights), criterion)
         if explained:  # else what is left is an error of the model, and no light
-            fit = completed(whole, fit, search)
+            fit = completed(whole, fit, ladder)
     else:
         fit = sharpened(whole, start_at(fit.lights), criterion)
-    fit = prune(whole, fit, criterion)
+    fit = pruned(whole, fit, criterion)
     if criterion.likelihood.known:
         for _ in range(REWEIGHTED):
             if law is None:
@@ -51,11 +52,12 @@ def settled(whole: Problem, search: Search) -> tuple[Fit, Problem]:
     return sharpened(whole, start_at(fit.lights), criterion), whole
 
 
-def completed(whole: Problem, fit: Fit, search: Search) -> Fit:
+def completed(whole: Problem, fit: Fit, ladder: Ladder) -> Fit:
     """Add lights that only all observations together show, where the certificate has its peak."""
-    criterion = search.criterion
-    while len(fit) < min(search.most_lights, search.most):
-        peak, where = search.certificate(whole, fit)
+    view = ladder.view
+    criterion, most = view.criterion, ladder.most or view.most_lights
+    while len(fit) < most:
+        peak, where = view.certificate(whole, fit)
         if peak**2 < criterion.price(whole):
             return fit
         places = np.concatenate([fit.lights.positions, where[None]])

@@ -11,7 +11,7 @@ from lightloc import Lambert, Observations, Options, PointLights, radiance, shad
 from lightloc.certainty import covariance, jacobian
 from lightloc.criterion import Criterion
 from lightloc.moves import start_at
-from lightloc.polish import prune, sharpened
+from lightloc.polish import pruned, sharpened
 from lightloc.solve import Fit, Problem, intensities, no_lights, nonnegative, residuals
 
 LIGHTS = PointLights([[0.4, -0.3, 0.9], [-1.0, 0.9, 0.2]], [5.0, 2.0])
@@ -168,7 +168,7 @@ def test_prune_drops_a_duplicate(room):
     """A light found twice is one light."""
     problem = posed(room, LIGHTS)
     twice = PointLights([*LIGHTS.positions, LIGHTS.positions[0] + [0.02, 0, 0]], [2.5, 2.0, 2.5])
-    kept = prune(problem, sharpened(problem, start_at(twice), CRITERION), CRITERION)
+    kept = pruned(problem, sharpened(problem, start_at(twice), CRITERION), CRITERION)
     assert len(kept) == 2
     np.testing.assert_allclose(
         np.sort(kept.lights.positions, axis=0), np.sort(LIGHTS.positions, axis=0), atol=1e-3
@@ -178,7 +178,7 @@ def test_prune_drops_a_duplicate(room):
 def test_prune_keeps_what_is_needed(room):
     """Negative control: lights that explain something stay."""
     problem = posed(room, LIGHTS)
-    kept = prune(problem, sharpened(problem, start_at(LIGHTS), CRITERION), CRITERION)
+    kept = pruned(problem, sharpened(problem, start_at(LIGHTS), CRITERION), CRITERION)
     assert len(kept) == 2
 
 

@@ -13,7 +13,7 @@ import lightloc
 import render
 import validation
 from lightloc import Lambert, Mixed, Observations, PointLights, Reason, localize, radiance
-from lightloc.search import PATIENCE
+from lightloc.climb import PATIENCE
 
 POSITION, INTENSITY = 0.1, 0.5  # limits, percent
 POINTS, SEED = 2048, 1
