@@ -167,11 +167,11 @@ def _steps(place: Place, damping: NDArray) -> tuple[NDArray, NDArray]:
     diagonal = np.maximum(diagonal, FLAT * diagonal.max(axis=1, keepdims=True))
     diagonal = np.maximum(diagonal, np.finfo(float).tiny)
     root = np.sqrt(diagonal)
-    if place.R.shape[1]:
+    if rows := place.R.shape[1]:
         u = place.g.shape[1]
         damped = np.sqrt(damping)[:, None, None] * np.eye(u)
         Q, R = np.linalg.qr(np.concatenate([place.R[:, :, :u] / root[:, None], damped], axis=1))
-        b = Q[:, :u].swapaxes(1, 2) @ place.R[:, :, u:]
+        b = Q[:, :rows].swapaxes(1, 2) @ place.R[:, :, u:]
         step = -np.linalg.solve(R, b)[:, :, 0] / root
     else:
         scaled = place.A / (root[:, :, None] * root[:, None, :])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import math
 import re
 from types import SimpleNamespace
@@ -17,6 +18,7 @@ from validation.runs.fingerprint import needed
 from validation.runs.kept import Ended
 from validation.studies import (
     NAMES,
+    ablated,
     coverage,
     efficiency,
     many,
@@ -116,7 +118,29 @@ def test_every_study_is_named_and_its_scenes_are_known():
         rows = tabulate(study, names, {})
         assert all(row.label and row.planned for row in rows)
         assert outcome(study, rows) == ["No scene has been run yet."]
-        assert name == "rivals" or any(measure.goals for measure in study.measures)
+        ungated = name in ("rivals", "ablation")
+        assert ungated or any(measure.goals for measure in study.measures)
+
+
+def test_a_change_of_the_search_is_made_and_unmade():
+    """Every name that the ablation changes is there, is changed within, and is back after."""
+    for change in ablated.CHANGES.values():
+        module, name = importlib.import_module(f"lightloc.{change.where[0]}"), change.where[1]
+        before = getattr(module, name)
+        assert before != change.value
+        with ablated.made(change):
+            assert getattr(module, name) is change.value
+        assert getattr(module, name) is before
+
+
+def test_an_ablation_loses_what_the_search_has(monkeypatch):
+    """Negative control: without an opening and a climb nothing is found."""
+    monkeypatch.setitem(
+        ablated.CHANGES, "nothing", ablated.Change("", ("localize", "climbed"), ablated.off)
+    )
+    monkeypatch.setattr(importlib.import_module("lightloc.localize"), "opened", ablated.off)
+    one = ablated.ablated(f"nothing-{ablated.rooms().index('noisy-4-000'):03}")
+    assert one.as_is and not one.solved
 
 
 def test_the_hard_set_keeps_its_names_and_knows_nothing_of_how_lights_are_found():
@@ -124,7 +148,9 @@ def test_the_hard_set_keeps_its_names_and_knows_nothing_of_how_lights_are_found(
     study = find("hard")
     names = study.names(study.per_row)
     assert 50 <= len(names) <= 70 and names[0] == "lights-15-000"
-    inner = re.compile(r"lightloc(\.| import )(search|polish|levenberg|solve|rounds|all_light)\b")
+    inner = re.compile(
+        r"lightloc(\.| import )(climb|opening|polish|levenberg|solve|all_light)\b"
+    )
     read = {name: file.read_text() for name, file in needed(study.one.__module__).items()}
     assert not [name for name, text in read.items() if inner.search(text)]
     assert inner.search(needed("validation.studies.rooms")["validation.studies.rooms"].read_text())

@@ -5,12 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lightloc import Lambert, Observations, PointLights, radiance
+from lightloc import Lambert, Observations, Options, PointLights, radiance
 from lightloc.births import alone, born, spaced
 from lightloc.candidates import Dictionary
+from lightloc.criterion import Criterion
 from lightloc.grid import Grid
 from lightloc.levenberg import Descents
-from lightloc.solve import Problem, residuals
+from lightloc.solve import Problem
+from lightloc.view import Stage
 from validation.table1.rooms import rooms
 
 HIDDEN = 0.02  # of the side: how far the light is from the wall that hides it
@@ -70,13 +72,17 @@ def test_a_dark_residual_moves_nothing(shelf):
     assert (alone(problem, starts, np.zeros_like(problem.radiance), 5.0) == starts).all()
 
 
+def staged(problem: Problem, dictionary: Dictionary) -> Stage:
+    """The problem as it is, for at most six lights."""
+    return Stage(problem, dictionary, 0.0, Criterion.of(Options()), 6)
+
+
 def test_born_is_precise_where_the_grid_is_coarse(shelf):
     """From a grid of 4 x 4 x 4 positions, a light is born within 1 % of the side of it."""
     problem, light = shelf
     dictionary = Dictionary.over(problem, Grid.over(problem.bounds, 64))
     none = Descents.of(np.zeros((1, 0, 3)), np.zeros((1, 0, 1)))
-    z = residuals(problem, PointLights(np.zeros((0, 3)), np.zeros((0, 1))))
-    one = born(problem, dictionary, none, z, np.inf, 5.0, 6, None)
+    one = born(staged(problem, dictionary), none, np.inf, 6, None)
     assert one is not None
     off = np.linalg.norm(one.positions[0] - light.positions, axis=1).min()
     grid = np.linalg.norm(dictionary.points - light.positions, axis=1).min()
@@ -92,7 +98,7 @@ def test_several_are_born_at_once():
     problem = Problem.of(q, sigma, None, q.bounds)
     dictionary = Dictionary.over(problem, Grid.over(q.bounds, 400))
     none = Descents.of(np.zeros((1, 0, 3)), np.zeros((1, 0, 1)))
-    one = born(problem, dictionary, none, q.radiance / sigma, np.inf, 5.0, 6, None)
+    one = born(staged(problem, dictionary), none, np.inf, 6, None)
     assert one is not None
     apart = np.linalg.norm(lights.positions[:, None] - one.positions[0], axis=2)
     assert (apart.min(axis=1) < 0.15).all()

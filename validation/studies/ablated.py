@@ -1,0 +1,129 @@
+"""The scenes of the ablation: a change of the search and a room of the hard set, both by name."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+from validation.studies import hard
+from validation.studies.hard_scenes import hard as judged
+from validation.studies.scenes import numbered, parts
+from validation.studies.trial import Trial
+
+LONG = ("lights-17", "lights-20")  # rows that take half of the hard set's time
+
+
+@dataclass(frozen=True)
+class Change:
+    """One part of the search switched off, or one of its constants set to another value.
+
+    Args:
+        label: as a reader meets it.
+        where: module of lightloc and name in it.
+        value: what stands there instead.
+    """
+
+    label: str
+    where: tuple[str, str]
+    value: Any
+
+
+def off(ladder: Any) -> Any:
+    """A part of the search that does nothing."""
+    return ladder
+
+
+def unchanged(problem: Any, fit: Any, criterion: Any) -> Any:
+    """A polish that drops nothing."""
+    return fit
+
+
+CHANGES = {
+    "opening-off": Change("no opening: one light at a time", ("localize", "opened"), off),
+    "climb-off": Change("no climb: the opening alone", ("localize", "climbed"), off),
+    "pruning-off": Change("the climb drops nothing", ("climb", "pruned"), unchanged),
+    "stages-last": Change(
+        "the opening's last stage alone", ("opening", "STAGES"), ((0.02, 0.002),)
+    ),
+    "stages-middle": Change("the middle stage alone", ("opening", "STAGES"), ((0.05, 0.005),)),
+    "stages-first": Change("the first stage alone", ("opening", "STAGES"), ((0.2, 0.01),)),
+    "births-1": Change("births one at a time", ("opening", "BIRTHS"), 1),
+    "births-3": Change("births halved", ("opening", "BIRTHS"), 3),
+    "births-12": Change("births doubled", ("opening", "BIRTHS"), 12),
+    "vain-1": Change("rounds of births in vain halved", ("opening", "VAIN"), 1),
+    "vain-4": Change("rounds of births in vain doubled", ("opening", "VAIN"), 4),
+    "chance-off": Change("births after one in vain not shuffled", ("births", "LOT"), 1.0),
+    "alone-off": Change("births not refined alone", ("births", "STEPS"), 0),
+    "about-off": Change("no places about a birth", ("births", "CLOUD"), 0),
+    "blur-half": Change("the climb's shadows half as soft", ("climb", "STAGE"), (0.02, 0.0025)),
+    "blur-double": Change("the climb's shadows twice as soft", ("climb", "STAGE"), (0.02, 0.01)),
+    "error-half": Change("the climb's errors halved", ("climb", "STAGE"), (0.01, 0.005)),
+    "error-double": Change("the climb's errors doubled", ("climb", "STAGE"), (0.04, 0.005)),
+    "candidates-2": Change("candidates halved", ("climb", "CANDIDATES"), 2),
+    "candidates-8": Change("candidates doubled", ("climb", "CANDIDATES"), 8),
+    "front-1": Change("one hypothesis refined to its end", ("climb", "FRONT"), 1),
+    "patience-1": Change("lights added in vain halved", ("climb", "PATIENCE"), 1),
+    "patience-4": Change("lights added in vain doubled", ("climb", "PATIENCE"), 4),
+    "margin-ten": Change("margin to the walls ten times as wide", ("batched", "MARGIN"), 1e-2),
+    "margin-off": Change("no margin to the walls", ("batched", "MARGIN"), 1e-6),
+    "damping-low": Change("damping begins low", ("opening", "FIRST_DAMPING"), 1e-2),
+    "reuse-off": Change("shadows never kept", ("batched", "REUSED"), 0.0),
+    "reuse-double": Change("shadows kept twice as far", ("batched", "REUSED"), 1.0),
+    "few-off": Change("no residual may lie anywhere", ("criterion", "FEW"), 0.0),
+}
+
+
+@dataclass(frozen=True)
+class Ablated:
+    """A room, with the search as it is and with a change.
+
+    Args:
+        solved, as_is: whether it is solved with the change, and without it.
+        seconds, seconds_as_is: of the search.
+    """
+
+    name: str
+    solved: bool
+    as_is: bool
+    seconds: float
+    seconds_as_is: float
+
+
+def rooms() -> list[str]:
+    """The hard set without its longest rows, so that a few of them are of every row."""
+    some = [name for name in hard.names(hard.STUDY.per_row) if not name.startswith(LONG)]
+    return sorted(some, key=lambda name: (name[-3:], name))
+
+
+def names(per_row: int) -> list[str]:
+    """Scenes: a change, and the number of a room.
+
+    >>> names(2)[:2]
+    ['opening-off-000', 'opening-off-001']
+    """
+    return numbered(list(CHANGES), min(per_row, len(rooms())))
+
+
+@contextmanager
+def made(change: Change) -> Iterator[None]:
+    """The search with a change in it."""
+    module = importlib.import_module(f"lightloc.{change.where[0]}")
+    before = getattr(module, change.where[1])
+    setattr(module, change.where[1], change.value)
+    try:
+        yield
+    finally:
+        setattr(module, change.where[1], before)
+
+
+def ablated(name: str) -> Ablated:
+    """One room with the search as it is, then with a change, in one process."""
+    words, number = parts(name)
+    room = rooms()[number]
+    as_is: Trial = judged(room)
+    with made(CHANGES["-".join(words)]):
+        changed: Trial = judged(room)
+    return Ablated(name, changed.solved, as_is.solved, changed.seconds, as_is.seconds)
