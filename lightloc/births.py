@@ -63,7 +63,7 @@ def born(
     starts = dictionary.points[spaced(dictionary.points, peaks, PEAKS, APART * problem.size)]
     if not len(starts):
         return None
-    found = alone(problem, starts, z, scale)
+    found = starts if problem.geometry is None else alone(problem, starts, z, scale)
     atoms = atoms_at(problem, found)
     gains = gains_of(atoms, np.square(atoms), left)
     order = np.argsort(-gains * chance(len(gains)), kind="stable")

@@ -23,6 +23,10 @@ from lightloc.surfels import surfels
 from lightloc.view import View
 
 
+BITS = 10
+"""Of each coordinate in a Morton code: a thousand cells along the longest side."""
+
+
 @dataclass(frozen=True, eq=False)
 class Ground:
     """The observations that a search looks at first, and the grid of positions that it asks.
@@ -55,7 +59,8 @@ class Ground:
         n = len(q)
         some = None
         if o.sample < n:
-            some = np.sort(np.random.default_rng(seed).permutation(n)[: o.sample])
+            some = np.random.default_rng(seed).permutation(n)[: o.sample]
+            some = some[morton(q.positions[some])]
         single = replace(whole, surfels=surfels(q)) if exact else whole
         sampled = single if some is None else single.rows_of(some)
         cells = o.cells_2d if len(whole.axes) == 2 else o.cells
@@ -92,6 +97,21 @@ class Ground:
             rough=rough,
             watch=watch,
         )
+
+
+def morton(x: NDArray[np.float64]) -> NDArray[np.intp]:
+    """The order of (n, 3) points along a Morton curve, so that rays from neighbours go together.
+
+    >>> morton(np.array([[0.9, 0.9, 0], [0.1, 0, 0], [1, 1, 0], [0, 0, 0]])).tolist()
+    [3, 1, 0, 2]
+    """
+    extent = max(float(np.ptp(x, axis=0).max()), np.finfo(float).tiny)
+    cells = ((x - x.min(axis=0)) / extent * (2**BITS - 1)).astype(np.int64)
+    code = np.zeros(len(x), np.int64)
+    for bit in range(BITS):
+        for axis in range(3):
+            code |= ((cells[:, axis] >> bit) & 1) << (3 * bit + axis)
+    return np.argsort(code, kind="stable")
 
 
 def occludes(problem: Problem, dictionary: Dictionary) -> bool:

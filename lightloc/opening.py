@@ -18,7 +18,7 @@ from lightloc.moves import without_one
 from lightloc.polish import pruned, sharpened
 from lightloc.view import Stage
 
-STAGES = ((0.2, 0.01), (0.05, 0.005), (0.02, 0.002))
+STAGES = ((0.2, 0.01), (0.05, 0.005))
 """Errors, of B, and the width of shadows' edges, of the longest side. Edges three times as wide
 hide a light 5 cm beside a surface of an 11 m room; hard ones hold lights where they were born."""
 

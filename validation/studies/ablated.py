@@ -45,11 +45,11 @@ CHANGES = {
     "opening-off": Change("no opening: one light at a time", ("localize", "opened"), off),
     "climb-off": Change("no climb: the opening alone", ("localize", "climbed"), off),
     "pruning-off": Change("the climb drops nothing", ("climb", "pruned"), unchanged),
-    "stages-last": Change(
-        "the opening's last stage alone", ("opening", "STAGES"), ((0.02, 0.002),)
-    ),
-    "stages-middle": Change("the middle stage alone", ("opening", "STAGES"), ((0.05, 0.005),)),
+    "stages-last": Change("the second stage alone", ("opening", "STAGES"), ((0.05, 0.005),)),
     "stages-first": Change("the first stage alone", ("opening", "STAGES"), ((0.2, 0.01),)),
+    "stages-three": Change(
+        "a third stage", ("opening", "STAGES"), ((0.2, 0.01), (0.05, 0.005), (0.02, 0.002))
+    ),
     "births-1": Change("births one at a time", ("opening", "BIRTHS"), 1),
     "births-3": Change("births halved", ("opening", "BIRTHS"), 3),
     "births-12": Change("births doubled", ("opening", "BIRTHS"), 12),
