@@ -9,7 +9,7 @@ from lightloc.ladder import Ladder
 from lightloc.levenberg import FIRST_DAMPING, Descents
 from lightloc.lights import PointLights
 from lightloc.moves import distinct, lights_of, start_at
-from lightloc.polish import pruned, sharpened, spread_of
+from lightloc.polish import one_fewer, pruned, sharpened, spread_of
 from lightloc.solve import fit_of, intensities
 from lightloc.view import Stage
 
@@ -43,6 +43,18 @@ def climbed(ladder: Ladder) -> Ladder:
             ladder = ladder.with_("drop", fit)
         if ladder.best is before:
             break
+    return stepped_down(ladder)
+
+
+def stepped_down(ladder: Ladder) -> Ladder:
+    """Where lights only adapt to an error of the model: no rung below those that explain is left
+    out, since it is the step to them that tells how many explain."""
+    view = ladder.view
+    while ladder.most is not None and ladder.most > 1 and ladder.rung(ladder.most - 1) is None:
+        fit = one_fewer(view.tight, ladder.best, view.criterion)
+        if fit is None or len(ladder.best) != ladder.most:
+            break
+        ladder = ladder.with_("drop", fit)
     return ladder
 
 

@@ -22,7 +22,6 @@ from lightloc.solve import Fit, Problem
 from lightloc.surfels import surfels
 from lightloc.view import View
 
-
 BITS = 10
 """Of each coordinate in a Morton code: a thousand cells along the longest side."""
 

@@ -49,14 +49,18 @@ class Ladder:
         """Whether no further light is to be looked for."""
         return self.enough or self.most is not None
 
+    def rung(self, count: int) -> Fit | None:
+        """The best fit of so many lights."""
+        return next((fit for fit in self.fits if len(fit) == count), None)
+
     def with_(self, action: str, fit: Fit) -> Ladder:
         """The same with a fit on it, if it is the best of its count."""
         view, criterion = self.view, self.view.criterion
         step = Step(action, len(fit), fit.cost / view.tight.rows)
         view.watch(step)
-        same = [known for known in self.fits if len(known) == len(fit)]
-        others = [known for known in self.fits if len(known) != len(fit)]
-        fits = tuple(sorted([*others, criterion.best([*same, fit])], key=len))
+        known = self.rung(len(fit)) or fit
+        others = [one for one in self.fits if one is not known]
+        fits = tuple(sorted([*others, criterion.best([known, fit])], key=len))
         most = adapted(view, fits)
         best = criterion.chosen(view.tight, [f for f in fits if most is None or len(f) <= most])
         enough = self.enough if best is self.best else view.is_enough(best)

@@ -85,13 +85,14 @@ def through(
 
 
 def fewer(stage: Stage, one: Descents) -> Descents:
-    """Drop or join lights while that costs less than a light must gain."""
+    """Drop or join lights while there are too many, or it costs less than a light must gain."""
     loss = stage.criterion.likelihood.scale
     while one.positions.shape[1] > 1:
         starts = without_one(stage.problem, one, loss, stage.blur)
         tried = stage.descended(starts, STIFF, SHORT)
         best = tried.rows(np.array([int(np.argmin(tried.chi2))]))
-        most = one.chi2[0] + stage.price(one)
+        few = one.positions.shape[1] <= stage.most_lights
+        most = one.chi2[0] + stage.price(one) if few else np.inf
         if best.chi2[0] > most:
             best = stage.descended(best, NEARBY, STEPS)
         if best.chi2[0] > most:

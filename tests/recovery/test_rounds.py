@@ -19,7 +19,7 @@ from lightloc import (
     shading,
 )
 from lightloc.all_light import Split
-from lightloc.candidates import MARGIN
+from lightloc.answer import MARGIN
 from lightloc.certainty import resolution
 from lightloc.fields import intensity_distance
 from lightloc.ground import Ground
