@@ -47,14 +47,20 @@ def climbed(ladder: Ladder) -> Ladder:
 
 
 def stepped_down(ladder: Ladder) -> Ladder:
-    """Where lights only adapt to an error of the model: no rung below those that explain is left
-    out, since it is the step to them that tells how many explain."""
+    """Where lights only adapt to an error of the model: no more than explain.
+
+    Nothing was added but in vain, so less of that tells than while lights are found. No rung below
+    those that explain is left out: the step to them tells how many do.
+    """
     view = ladder.view
-    while ladder.most is not None and ladder.most > 1 and ladder.rung(ladder.most - 1) is None:
+    if view.criterion.is_clean(view.tight, ladder.best):
+        return ladder
+    ladder = ladder.judged(PATIENCE)
+    while ladder.most == len(ladder.best) > 1 and ladder.rung(ladder.most - 1) is None:
         fit = one_fewer(view.tight, ladder.best, view.criterion)
-        if fit is None or len(ladder.best) != ladder.most:
+        if fit is None:
             break
-        ladder = ladder.with_("drop", fit)
+        ladder = ladder.with_("drop", fit, PATIENCE)
     return ladder
 
 

@@ -53,34 +53,40 @@ class Ladder:
         """The best fit of so many lights."""
         return next((fit for fit in self.fits if len(fit) == count), None)
 
-    def with_(self, action: str, fit: Fit) -> Ladder:
-        """The same with a fit on it, if it is the best of its count."""
+    def with_(self, action: str, fit: Fit, stalled: int = STALLED) -> Ladder:
+        """The same with a fit on it, if it is the best of its count; ``stalled`` as in `judged`."""
         view, criterion = self.view, self.view.criterion
         step = Step(action, len(fit), fit.cost / view.tight.rows)
         view.watch(step)
         known = self.rung(len(fit)) or fit
         others = [one for one in self.fits if one is not known]
         fits = tuple(sorted([*others, criterion.best([known, fit])], key=len))
-        most = adapted(view, fits)
+        return replace(self, fits=fits, history=(*self.history, step)).judged(stalled)
+
+    def judged(self, stalled: int) -> Ladder:
+        """The same with what is best, where so many lights in vain show an error of the model."""
+        view, criterion, fits = self.view, self.view.criterion, self.fits
+        most = adapted(view, fits, stalled)
         best = criterion.chosen(view.tight, [f for f in fits if most is None or len(f) <= most])
         enough = self.enough if best is self.best else view.is_enough(best)
-        now = replace(self, fits=fits, best=best, most=most, enough=enough)
-        return replace(now, history=(*self.history, step))
+        return replace(self, best=best, most=most, enough=enough)
 
 
-def adapted(view: View, fits: tuple[Fit, ...]) -> int | None:
+def adapted(view: View, fits: tuple[Fit, ...], stalled: int) -> int | None:
     """How many lights explain, where the last ones only adapt to an error of the model.
 
-    What is left is no noise, yet small beside B, and so many lights as `STALLED` have not
-    quartered it: lights that are there explain more. None where it is not so.
+    What is left is no noise, yet small beside B, and the last ``stalled`` lights have not lowered
+    it as `STALLED` would that quarter it: lights that are there explain more. None where it is not
+    so.
     """
     last, tight = fits[-1], view.tight
-    before = [fit for fit in fits[1:] if len(fit) <= len(last) - STALLED]
+    before = [fit for fit in fits[1:] if len(fit) <= len(last) - stalled]
     if view.rough or not before or min(fit.cost for fit in fits) < tight.rows:
         return None
     B = np.maximum(tight.radiance, 0)
     off = np.abs(last.residual) * tight.sigma / (B + WRONG * B.mean())
-    if np.median(off) > WRONG or left(last, before[-1]) < SHARE:
+    share = SHARE ** ((len(last) - len(before[-1])) / STALLED)
+    if np.median(off) > WRONG or left(last, before[-1]) < share:
         return None
     while len(before) > 1 and left(before[-1], before[-2]) > LITTLE:
         before.pop()
