@@ -133,7 +133,7 @@ def descend(
         if not len(active):
             break
         now = here.rows(active)
-        step, promised = _steps(now, damp[active])
+        step, promised = damped_steps(now, damp[active])
         there = model.moved(now, step, scale[active])
         with np.errstate(invalid="ignore", over="ignore"):  # nothing promised: ratio is infinite
             gain = now.chi2 - there.chi2
@@ -161,7 +161,7 @@ def normal_equations(
     return model.begun(one.positions, one.intensities, np.array([loss])).A[0]
 
 
-def _steps(place: Place, damping: NDArray) -> tuple[NDArray, NDArray]:
+def damped_steps(place: Place, damping: NDArray) -> tuple[NDArray, NDArray]:
     """The damped Gauss-Newton steps (m, u) and the fall of chi-square that each promises."""
     diagonal = np.einsum("muu->mu", place.A)
     diagonal = np.maximum(diagonal, FLAT * diagonal.max(axis=1, keepdims=True))

@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 import lightloc
-from lightloc import levenberg
+from lightloc import batched
 from lightloc.shading import shadows
 from lightloc.surfels import surfels
 
@@ -64,18 +64,18 @@ class Passes:
 
     def __enter__(self) -> Passes:
         self.passes = self.pairs = 0
-        self.plain = levenberg.slopes
+        self.plain = batched.slopes
 
         def counted(s: Any, positions: Any, axes: Any) -> Any:
             self.passes += 1
             self.pairs += s.n * len(positions)
             return self.plain(s, positions, axes)
 
-        levenberg.slopes = counted
+        batched.slopes = counted
         return self
 
     def __exit__(self, *_: object) -> None:
-        levenberg.slopes = self.plain
+        batched.slopes = self.plain
 
 
 def rate(geometry: lightloc.Geometry, q: lightloc.Observations) -> float:

@@ -20,7 +20,7 @@ from lightloc import (
     shading_gradient,
 )
 from lightloc.batched import MARGIN, Unknown
-from lightloc.levenberg import Descents, descend
+from lightloc.levenberg import Descents, damped_steps, descend
 from lightloc.solve import Problem
 from validation.table1.columns import LOW_ERROR
 from validation.table1.rooms import CLEARANCE, PlaneRoom, rooms
@@ -274,3 +274,28 @@ def test_a_start_on_an_observation_is_no_crash(unknown):
         there = descend(problem, start, np.ones((1, 2, 1)), unknown=unknown, damping=1e-3)
     assert np.isfinite(there.positions).all()
     assert np.isfinite(there.intensities).all()
+
+
+def test_a_step_by_qr_is_the_step_by_normal_equations():
+    """64 bits take a QR of the Jacobian, 32 bits J^T J: the same step where both can tell."""
+    room = rooms(3, count=1)[0]
+    q = room.observe()
+    sigma = np.full_like(q.radiance, 0.01)
+    near = room.lights.positions[None] + [[[0.02, -0.01, 0]]]
+    steps = []
+    for double in (False, True):
+        problem = Problem.of(q, sigma, None, q.bounds, double=double)
+        model = batched.Model(problem, 3, 0.0, Unknown.POSITIVE)
+        place = model.begun(near, room.lights.intensities[None], np.array([np.inf]))
+        assert bool(place.R.shape[1]) is double
+        steps.append(damped_steps(place, np.array([0.1]))[0])
+    np.testing.assert_allclose(steps[0], steps[1], rtol=1e-3, atol=1e-5)
+
+
+def test_fewer_observations_than_unknowns():
+    """A QR of fewer rows than columns still gives a step."""
+    room = rooms(3, count=1)[0]
+    q = room.observe(5)
+    problem = Problem.of(q, np.full_like(q.radiance, 0.01), None, q.bounds, double=True)
+    there = descend(problem, room.lights.positions[None], room.lights.intensities[None], steps=3)
+    assert np.isfinite(there.positions).all()
