@@ -58,9 +58,9 @@ class Ladder:
         view, criterion = self.view, self.view.criterion
         step = Step(action, len(fit), fit.cost / view.tight.rows)
         view.watch(step)
-        known = self.rung(len(fit)) or fit
-        others = [one for one in self.fits if one is not known]
-        fits = tuple(sorted([*others, criterion.best([known, fit])], key=len))
+        same = [one for one in self.fits if len(one) == len(fit)]
+        others = [one for one in self.fits if len(one) != len(fit)]
+        fits = tuple(sorted([*others, criterion.best([*same, fit])], key=len))
         return replace(self, fits=fits, history=(*self.history, step)).judged(stalled)
 
     def judged(self, stalled: int) -> Ladder:

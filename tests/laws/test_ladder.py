@@ -83,3 +83,9 @@ def test_a_rung_keeps_the_better_fit(view):
     assert two.with_("add", rung(view, 2, 10.0)).rung(2) is two.rung(2)
     assert two.with_("add", rung(view, 2, 8.0)).rung(2) is not two.rung(2)
     assert [step.lights for step in two.history] == [2, 1]
+
+
+def test_darkness_is_a_rung_like_any_other(view):
+    """A fit of no light has length 0, which Python takes for false: it stands there once."""
+    dark = Ladder.on(view).with_("open", view.darkness)
+    assert [len(fit) for fit in dark.fits] == [0]
