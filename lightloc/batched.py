@@ -19,6 +19,7 @@ MARGIN = 1e-3  # of the longest side, that lights keep from the region's border 
 TOUCHING = 1e-6  # the same where they are near: S is infinite on an observation itself
 BRIGHTER = 2.0  # most that the logarithm of an intensity changes in one step
 DARKEST = 1e-9  # of the brightest: a start is given no less
+AHEAD = 0.1  # of a step: how far ahead residuals are looked at, to see how they bend along it
 REUSED = 0.5  # of the blur: a light that moved no further keeps its shadows, by their slope
 TINY = np.finfo(float).tiny
 
@@ -62,7 +63,7 @@ class Indirect:
 class Place:
     """m points of the search with what a step needs: A = J^T J and g = J^T r.
 
-    In 64 bits R, b of a QR of the whitened J beside r, too: J^T J squares the condition number.
+    In 64 bits a QR of the whitened J, too: J^T J squares the condition number.
     Shadows are kept with the positions where they were taken: V, its slope, and those positions.
     """
 
@@ -72,7 +73,8 @@ class Place:
     chi2: NDArray  # (m,)
     A: NDArray  # (m, u, u)
     g: NDArray  # (m, u)
-    R: NDArray  # (m, u, u + 1), b in the last column; of no length in 32 bits
+    Q: NDArray  # (m, c n, u), times the root of each residual's weight; of no length in 32 bits
+    R: NDArray  # (m, u, u + 1), Q^T r in the last column; of no length in 32 bits
     seen: NDArray  # (m, k, n), V; of no length where nothing occludes
     turn: NDArray  # (m, d, k, n), its slope; of no length where edges are hard
     taken: NDArray  # (m, k, 3)
@@ -162,13 +164,17 @@ class Model:
     def logarithmic(self) -> bool:
         return self.unknown is Unknown.LOGARITHM
 
-    def moved(self, place: Place, step: NDArray, loss: NDArray) -> Place:
-        """A step (m, u) on, within the limits."""
+    def shortened(self, step: NDArray) -> NDArray:
+        """A step (m, u) that changes no intensity's logarithm by more than `BRIGHTER`."""
         k, d, _ = self.shape
         if self.logarithmic:
             step = step.copy()
             step[:, k * d :] = np.clip(step[:, k * d :], -BRIGHTER, BRIGHTER)
-        x = np.clip(place.x + step, *self.limits)
+        return step
+
+    def moved(self, place: Place, step: NDArray, loss: NDArray) -> Place:
+        """A step (m, u) on, within the limits."""
+        x = np.clip(place.x + self.shortened(step), *self.limits)
         return self.place(x, loss, place.seen.copy(), place.turn.copy(), place.taken.copy())
 
     def place(
@@ -187,8 +193,9 @@ class Model:
                 gradient = gradient + S[:, None] * turn.swapaxes(0, 1)
             S = S * V
         A, g = np.zeros((m, k * (d + c), k * (d + c))), np.zeros((m, k * (d + c)))
-        chi2 = np.zeros(m)
-        whole = np.zeros((m, c * n if self.is_exact else 0, k * (d + c) + 1))
+        chi2, exact = np.zeros(m), self.is_exact
+        whole = np.zeros((m, c * n if exact else 0, k * (d + c)))
+        half, left = (np.zeros((m, c * n if exact else 0)) for _ in range(2))
         for channel in range(c):
             own = min(channel, len(S) - 1)
             weight = 1 / problem.sigma[:, channel]
@@ -198,7 +205,7 @@ class Model:
                 bright = bright + self.indirect.around[:, :, channel].T.astype(S.dtype)
             bright = bright * weight.astype(S.dtype)
             lit = bright * I.astype(S.dtype)
-            r = lit.sum(axis=1, dtype=float) - problem.radiance[:, channel] * weight
+            r = self.left(lit, channel)
             J = np.empty((m, k * (d + 1), n), S.dtype)
             scale = (I * weight).astype(S.dtype)
             for axis in range(d):
@@ -206,7 +213,6 @@ class Model:
             J[:, k * d :] = lit if self.logarithmic else bright
             if problem.nuisance is not None:
                 u = problem.nuisance[channel]
-                r = r - (r @ u)[:, None] * u
                 J = J - (J @ u)[:, :, None].astype(S.dtype) * u.astype(S.dtype)
             own_chi2, trust = cauchy(r, loss)
             weighed = J if trust is None else J * trust[:, None, :].astype(S.dtype)
@@ -214,11 +220,11 @@ class Model:
             A[:, columns[:, None], columns] += weighed @ J.transpose(0, 2, 1)
             g[:, columns] += (weighed @ r[:, :, None].astype(S.dtype))[:, :, 0]
             chi2 += own_chi2
-            if self.is_exact:
-                rows = np.arange(channel * n, channel * n + n)[:, None]
-                half = np.ones_like(r) if trust is None else np.sqrt(trust)
-                whole[:, rows, columns] = (J * half[:, None]).swapaxes(1, 2)
-                whole[:, rows[:, 0], -1] = r * half
+            if exact:
+                rows = np.arange(channel * n, channel * n + n)
+                half[:, rows] = 1.0 if trust is None else np.sqrt(trust)
+                whole[:, rows[:, None], columns] = (J * half[:, None, rows]).swapaxes(1, 2)
+                left[:, rows] = r
         if self.indirect:
             noise, bright = self.indirect.noise.ravel(), intensities.reshape(m, -1)
             A[:, range(k * d, k * (d + c)), range(k * d, k * (d + c))] -= noise
@@ -226,15 +232,43 @@ class Model:
             chi2 -= np.square(bright) @ noise
         if self.tie:
             A, g = self.tie.matrix.T @ A @ self.tie.matrix, g @ self.tie.matrix
-            whole = np.concatenate([whole[:, :, :-1] @ self.tie.matrix, whole[:, :, -1:]], axis=2)
+            whole = whole @ self.tie.matrix
         low, high = self.limits
         held = ((x <= low) & (g > 0)) | ((x >= high) & (g < 0))  # what would go beyond its limit
         if held.any():
             g[held] = 0
             A *= np.where(held[:, :, None] | held[:, None, :], np.eye(g.shape[1]), 1.0)
-            whole[:, :, :-1] *= ~held[:, None]
-        R = np.asarray(np.linalg.qr(whole, mode="r"))[:, : g.shape[1]] if self.is_exact else whole
-        return Place(x, positions, intensities, chi2, A, g, R, seen, turn, taken)
+            whole *= ~held[:, None]
+        Q, R = np.linalg.qr(whole) if exact else (whole, whole)
+        Q = Q * half[:, :, None]
+        R = np.concatenate([R, (left[:, None] @ Q).swapaxes(1, 2)], axis=2) if exact else R
+        return Place(x, positions, intensities, chi2, A, g, Q, R, seen, turn, taken)
+
+    def left(self, lit: NDArray, channel: int) -> NDArray:
+        """(m, n) residuals in standard errors, of what (m, k, n) each light brings in these."""
+        weight = 1 / self.problem.sigma[:, channel]
+        r = lit.sum(axis=1, dtype=float) - self.problem.radiance[:, channel] * weight
+        if self.problem.nuisance is None:
+            return r
+        u = self.problem.nuisance[channel]
+        return r - (r @ u)[:, None] * u
+
+    def bent(self, place: Place, step: NDArray) -> NDArray:
+        """Q^T of how residuals bend along a step (m, u), their second derivative: (m, u, 1)."""
+        k, _, c = self.shape
+        step = self.shortened(step)
+        positions, intensities = self.lights(place.x + AHEAD * step)
+        m, n = len(positions), self.problem.surfels.n
+        S, _ = slopes(self.problem.surfels, positions.reshape(m * k, 3), self.problem.axes)
+        S = S.reshape(-1, m, k, n) * (place.seen if place.seen.shape[2] else 1.0)
+        r = []
+        for channel in range(c):
+            bright = S[min(channel, len(S) - 1)] / self.problem.sigma[:, channel]
+            r.append(self.left(bright * intensities[:, :, channel, None], channel))
+        u = step.shape[1]
+        R, b = place.R[:, :, :u], place.R[:, :, u:]
+        ahead = (np.concatenate(r, axis=1)[:, None] @ place.Q).swapaxes(1, 2)
+        return 2 / AHEAD * ((ahead - b) / AHEAD - R @ step[:, :, None])
 
     def shadowed(self, positions: NDArray, seen: NDArray, turn: NDArray, taken: NDArray) -> NDArray:
         """V (m, k, n); ``seen``, its slope, and where taken, anew for lights that moved too far."""

@@ -20,11 +20,11 @@ from lightloc.solve import Problem, whitened
 
 @dataclass(frozen=True, eq=False)
 class Dictionary:
-    """S(q, p) / sigma for all positions of a grid: ``atoms`` (c, g, n) float32."""
+    """S(q, p) / sigma for all positions of a grid: ``atoms`` (c, g, n), in the problem's bits."""
 
     grid: Grid
     points: NDArray[np.float64]  # (g, 3)
-    atoms: NDArray[np.float32]
+    atoms: NDArray
 
     @staticmethod
     def over(problem: Problem, grid: Grid) -> Dictionary:
@@ -37,7 +37,7 @@ class Dictionary:
         return Dictionary(self.grid, self.points, self.atoms * ratio)
 
     @cached_property
-    def energies(self) -> NDArray[np.float32]:
+    def energies(self) -> NDArray:
         return np.square(self.atoms)
 
     def gains(self, left: Left) -> NDArray[np.float64]:
@@ -68,11 +68,11 @@ class Dictionary:
         return tops
 
 
-def atoms_at(problem: Problem, points: NDArray) -> NDArray[np.float32]:
-    """S / sigma at (g, 3) points: (c, g, n)."""
+def atoms_at(problem: Problem, points: NDArray) -> NDArray:
+    """S / sigma at (g, 3) points: (c, g, n), in the problem's bits."""
     S = shaded(problem.surfels, points, problem.geometry)
-    weight = (1 / problem.sigma).T[:, None].astype(np.float32)
-    return S.astype(np.float32, copy=False) * weight
+    bits = BITS[problem.surfels.double]
+    return S.astype(bits, copy=False) * (1 / problem.sigma).T[:, None].astype(bits)
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,26 +85,28 @@ class Left:
         basis: for each channel (n, u): what the others span, times the root of the weight.
     """
 
-    residual: NDArray[np.float32]
-    weight: NDArray[np.float32]
-    basis: tuple[NDArray[np.float32], ...]
+    residual: NDArray
+    weight: NDArray
+    basis: tuple[NDArray, ...]
 
     @staticmethod
     def robust(problem: Problem, positions: NDArray, z: NDArray, loss: float) -> Left:
         """Beside lights at (k, 3) positions that leave z (n, c), with Cauchy's weights."""
-        return Left.beside(whitened(problem, positions), z, 1 / (1 + np.square(z / loss)))
+        weight = 1 / (1 + np.square(z / loss))
+        return Left.beside(whitened(problem, positions), z, weight, problem.surfels.double)
 
     @staticmethod
-    def beside(columns: NDArray, residual: NDArray, weight: NDArray) -> Left:
+    def beside(columns: NDArray, residual: NDArray, weight: NDArray, double: bool) -> Left:
         """From what is refitted with it, (n, k, c), the residual and its weight, each (n, c)."""
+        bits = BITS[double]
         left, spans = [], []
         for c, (z, w) in enumerate(zip(residual.T, weight.T, strict=True)):
             root = np.sqrt(w)
             present = columns[:, (columns[:, :, c] != 0).any(axis=0), c] * root[:, None]
             basis, _ = np.linalg.qr(present)
             left.append((z * root - basis @ (basis.T @ (z * root))) * root)
-            spans.append((basis * root[:, None]).astype(np.float32))
-        return Left(np.array(left, np.float32), weight.T.astype(np.float32), tuple(spans))
+            spans.append((basis * root[:, None]).astype(bits))
+        return Left(np.array(left, bits), weight.T.astype(bits), tuple(spans))
 
 
 def gains_of(atoms: NDArray, energies: NDArray, left: Left) -> NDArray[np.float64]:
@@ -122,7 +124,7 @@ def gains_of(atoms: NDArray, energies: NDArray, left: Left) -> NDArray[np.float6
     for c in range(len(atoms)):
         a = atoms[c] @ left.residual[c]
         b = energies[c] @ left.weight[c]
-        floor = ENERGY_LEFT * b
+        floor = ENERGY_LEFT[b.dtype == float] * b
         if left.basis[c].shape[1]:
             b = b - np.square(atoms[c] @ left.basis[c]).sum(axis=1)
         good = (a > 0) & (b > floor) & (floor > 0)
@@ -134,5 +136,8 @@ ZOOMS, ZOOM = 2, 5
 """Finer grids about a peak, so that a shadow's edge starts on its right side, and their cells along
 each axis."""
 
-ENERGY_LEFT = 1e-3
-"""Atoms that the present lights explain but for this share are those lights again."""
+ENERGY_LEFT = (1e-3, 1e-12)
+"""Atoms that the present lights explain but for this share are those lights again; in 64 bits."""
+
+BITS = (np.float32, np.float64)
+"""Of numbers in products over all positions, in 32 and in 64 bits."""

@@ -162,19 +162,19 @@ def resolution(problem: Problem, lights: PointLights) -> NDArray[np.float64]:
     _, gradient = shading_gradient(problem.surfels, around, problem.geometry, axes=axes)
     n, c = problem.radiance.shape
     gradient = np.broadcast_to(gradient, (n, k * 2 * d, c, d)).reshape(n, k, 2, d, c, d)
-    second = (gradient[:, :, 0] - gradient[:, :, 1]) / (2 * h)  # n, k, d, c, d
-    second = (second + second.swapaxes(2, 4)) / 2
-    J = jacobian(problem, lights).reshape(c * n, -1)
-    basis = _span(J)
-    directions = _directions(d)
+    basis = _span(jacobian(problem, lights).reshape(c * n, -1))
+    row, column = np.triu_indices(d)
+    along = _directions(d)
+    along = along[:, row] * along[:, column] * np.where(row == column, 1, 2)
     result = np.full(k, np.inf)
     for i in range(k):
-        bent = np.einsum("ndce,ud,ue->cnu", second[:, i], directions, directions)
-        bent = bent * (lights.intensities[i] / 2 / problem.sigma).T[:, :, None]
-        seen = bent.reshape(c * n, -1)
-        left = np.linalg.norm(seen - basis @ (basis.T @ seen), axis=0)
+        second = (gradient[:, i, 0] - gradient[:, i, 1]) / (2 * h)  # n, d, c, d
+        second = (second[:, row, :, column] + second[:, column, :, row]) / 2  # pairs, n, c
+        bent = second * (lights.intensities[i] / 2 / problem.sigma)
+        seen = bent.swapaxes(1, 2).reshape(len(row), -1).T
+        left = np.linalg.qr(seen - basis @ (basis.T @ seen), mode="r") @ along.T
         with np.errstate(divide="ignore"):
-            result[i] = 2 * np.sqrt(TOLD_APART / left.min())
+            result[i] = 2 * np.sqrt(TOLD_APART / np.linalg.norm(left, axis=0).min())
     return result
 
 

@@ -37,12 +37,12 @@ def certificate(
 
     Returns standard errors (over several channels, the root of the sum of squares), and p.
     """
-    seen = _left(sampled, lights, likelihood)
+    seen = left_of(sampled, lights, likelihood)
     tops = dictionary.tops(sampled, seen, PEAKS)
     if not len(tops):
         return 0.0, dictionary.points[0]
     atoms = atoms_at(problem, tops)
-    gains = gains_of(atoms, np.square(atoms), _left(problem, lights, likelihood))
+    gains = gains_of(atoms, np.square(atoms), left_of(problem, lights, likelihood))
     best = int(np.argmax(gains))
     return float(np.sqrt(gains[best])), tops[best]
 
@@ -61,11 +61,11 @@ def certificate_of(
     return certificate(own, sampled, dictionary.under(over, sampled), fit.lights, o)
 
 
-def _left(problem: Problem, lights: PointLights, likelihood: Likelihood) -> Left:
+def left_of(problem: Problem, lights: PointLights, likelihood: Likelihood) -> Left:
     """What is left beside all that the fit has adapted to: the lights' own derivatives."""
     z = residuals(problem, lights)
     tangent = whitened(problem, lights.positions[:0])  # an ambient term
     if len(lights):
         J = jacobian(problem, lights).transpose(1, 2, 0)
         tangent = np.concatenate([J, tangent], axis=1)
-    return Left.beside(tangent, z, likelihood.trust(z))
+    return Left.beside(tangent, z, likelihood.trust(z), problem.surfels.double)

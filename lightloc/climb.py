@@ -107,10 +107,7 @@ def noted(stage: Stage, front: Descents, action: str, ladder: Ladder) -> Ladder:
             fits.append(sharpened(tight, one, criterion, deep=False, patient=False))
         else:
             fits.append(fit_of(tight, lights_of(one), criterion.likelihood.scale))
-    best = criterion.best(fits)
-    if tight.surfels.double:
-        best = criterion.best([best, sharpened(tight, start_at(best.lights), criterion)])
-    return ladder.with_(action, best)
+    return ladder.with_(action, criterion.best(fits))
 
 
 def resumed(ladder: Ladder, lights: PointLights) -> Ladder:

@@ -13,6 +13,7 @@ from lightloc.backend import one_blas_thread
 from lightloc.checks import array
 from lightloc.climb import climbed, resumed
 from lightloc.criterion import Criterion
+from lightloc.exact import emptied
 from lightloc.geometry import Geometry
 from lightloc.ground import Ground
 from lightloc.indirect import remove_indirect
@@ -149,6 +150,8 @@ def searched(
     ladder = resumed(ladder, start) if start else climbed(opened(ladder))
     if start and not criterion.is_explained(view.tight, ladder.best):
         ladder = climbed(ladder)
+    if exact and len(ladder.best):
+        ladder, whole = emptied(ladder, whole)
     if o.noise == "given" and not criterion.is_clean(view.tight, ladder.best):
         # an error of the model is shared by neighbours too
         ladder = replace(ladder, view=replace(view, criterion=criterion.doubting()))

@@ -52,7 +52,7 @@ def opened(ladder: Ladder) -> Ladder:
 def told(ladder: Ladder, one: Descents) -> Ladder:
     """Refine a stage's hypothesis with the observations' own errors."""
     view = ladder.view
-    fit = sharpened(view.tight, one, view.criterion, deep=view.tight.surfels.double, patient=False)
+    fit = sharpened(view.tight, one, view.criterion, deep=False, patient=False)
     if view.criterion.is_explained(view.tight, fit):
         fit = pruned(view.tight, fit, view.criterion)
     return ladder.with_("open", fit)

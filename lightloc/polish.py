@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 
 from lightloc.batched import Unknown
 from lightloc.criterion import Criterion
-from lightloc.levenberg import FIRST_DAMPING, Descents, descend
+from lightloc.levenberg import Descents, descend
 from lightloc.moves import lights_of, start_at, without_one
 from lightloc.solve import Fit, Problem, fit_of, residuals
 
@@ -45,31 +43,18 @@ FRONT, NEAR_MISS = 3, 20.0
 """Hypotheses with a light less that are refined further; least gains that they may be behind."""
 
 
-def polished(
-    problem: Problem,
-    starts: Descents,
-    loss: float,
-    steps: int,
-    blurs: Sequence[float] = (0.0,),
-    near: bool = False,
-) -> Descents:
-    """Refine all starts at once, through edges of shadows that grow sharper.
-
-    Where they are ``near``, intensities are unknowns themselves: the model is linear in them.
-    """
-    for blur in blurs:
-        starts = descend(
-            problem,
-            starts.positions,
-            starts.intensities,
-            steps=steps,
-            loss=loss,
-            blur=blur,
-            fall=SETTLED[problem.surfels.double],
-            unknown=Unknown.POSITIVE if near else Unknown.LOGARITHM,
-            damping=AT_HAND if near else FIRST_DAMPING,
-        )
-    return starts
+def polished(problem: Problem, starts: Descents, loss: float, steps: int) -> Descents:
+    """Refine all starts at once, each nearly there: intensities are unknowns themselves."""
+    return descend(
+        problem,
+        starts.positions,
+        starts.intensities,
+        steps=steps,
+        loss=loss,
+        fall=SETTLED[problem.surfels.double],
+        unknown=Unknown.POSITIVE,
+        damping=AT_HAND,
+    )
 
 
 def sharpened(
@@ -90,7 +75,7 @@ def sharpened(
     wide = spread_of(residuals(problem, lights_of(start)), least)
     for _ in range(SHARPENINGS):
         loss = max(least, min(loss / 2, wide))
-        start = polished(problem, start, loss, steps, near=True)
+        start = polished(problem, start, loss, steps)
         if loss <= least or np.isinf(loss):
             break
         wide = spread_of(residuals(problem, lights_of(start)), least)
@@ -134,7 +119,7 @@ def one_fewer(problem: Problem, fit: Fit, criterion: Criterion, near: float = np
     level = criterion.level([fit])
     loss = criterion.likelihood.scale * level
     start = without_one(problem, start_at(fit.lights), loss)
-    tried = polished(problem, start, loss, QUICK, near=True)
+    tried = polished(problem, start, loss, QUICK)
     best = np.argsort(tried.chi2, kind="stable")[:FRONT]
     some = tried.rows(best[tried.chi2[best] < near * level**2])
     return (

@@ -37,8 +37,7 @@ def settled(whole: Problem, ladder: Ladder) -> tuple[Fit, Problem]:
         if explained:  # else what is left is an error of the model, and no light
             fit = completed(whole, fit, ladder)
     else:
-        fit = sharpened(whole, start_at(fit.lights), criterion)
-    fit = pruned(whole, fit, criterion)
+        fit = pruned(whole, sharpened(whole, start_at(fit.lights), criterion), criterion)
     if criterion.likelihood.known:
         for _ in range(REWEIGHTED):
             if law is None:

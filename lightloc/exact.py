@@ -1,0 +1,154 @@
+"""The end of a search through exact data: lights that leave nothing at all.
+
+Twenty wrong lights can leave a ten millionth of B, which no assumed error tells from the right
+ones; but without errors the right ones leave nothing. So lights are exchanged, one more and then
+one fewer, for as long as what is left falls by a factor, until it is the arithmetic's own. What
+never comes there changes nothing: B may have been computed in 32 bits.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lightloc.candidates import Dictionary, atoms_at, gains_of
+from lightloc.certificate import left_of
+from lightloc.ladder import Ladder
+from lightloc.levenberg import FIRST_DAMPING, NEARBY, Descents, descend
+from lightloc.moves import lights_of, start_at
+from lightloc.noise import level_of
+from lightloc.polish import SETTLED_DEEP
+from lightloc.solve import Problem, fit_of, residuals
+from lightloc.view import View
+
+NOTHING = 1e-5
+"""Of the assumed errors, that half of the residuals lie below; right lights come to 1e-7."""
+
+PLACES, TRIED = 4, 4
+"""Places for a further light, and lights to be dropped, that are refined to their end."""
+
+FALL = 0.5
+"""Share of chi-square that an exchange leaves at most, and a light more."""
+
+STARTS = 4
+"""Counts of lights from which exchanges begin, the best first, until one of them succeeds."""
+
+FAINT = 0.01
+"""Of the lights' mean: how bright a further one begins."""
+
+LOOK, STEPS = 40, 200
+"""Evaluations of a look at each light's absence, and of a refinement."""
+
+SETTLED = 1e-5
+"""Relative fall of chi-square that ends a refinement."""
+
+STIFF = 0.1
+"""First damping after a light is gone."""
+
+
+def emptied(ladder: Ladder, whole: Problem) -> tuple[Ladder, Problem]:
+    """The same with lights that leave nothing, and with errors that say so, if any are found."""
+    view = ladder.view
+    lower = [fit for fit in ladder.fits[::-1] if 0 < len(fit) < len(ladder.best)]
+    for fit in [ladder.best, *lower][:STARTS]:
+        one = exchanged(view, start_at(fit.lights))
+        if is_nothing(view, one):
+            break
+    else:
+        return ladder, whole
+    while one.positions.shape[1] > 1:
+        fewer = without_any(view, one)
+        if not is_nothing(view, fewer):
+            break
+        one = fewer
+    if one.positions.shape[1] > view.most_lights:
+        return ladder, whole
+    view = replace(view, tight=surer(view.tight))
+    fit = fit_of(view.tight, lights_of(one), view.criterion.likelihood.scale)
+    return replace(Ladder.on(view), history=ladder.history).with_("empty", fit), surer(whole)
+
+
+def surer(problem: Problem) -> Problem:
+    """The same with errors of what is then nothing."""
+    return replace(problem, sigma=problem.sigma * NOTHING)
+
+
+def exchanged(view: View, one: Descents) -> Descents:
+    """Lights exchanged until nothing is left, or for as long as that falls by a factor."""
+    one, problem = refined(view, one, STEPS, NEARBY, SETTLED_DEEP), view.tight
+    if is_nothing(view, one):
+        return one
+    dictionary = Dictionary.over(problem, view.dictionary.grid)
+    while not is_nothing(view, one):
+        places = missing(view, one, dictionary)
+        if not len(places):
+            break
+        more = refined(view, with_faint(one, places), STEPS)
+        more = more.rows(np.argsort(more.chi2, kind="stable"))
+        best = next((up for up in more.each() if is_nothing(view, up)), None)
+        if best is None:
+            downs = (without_any(view, up) for up in more.each())
+            best = next((down for down in downs if down.chi2[0] < FALL * one.chi2[0]), None)
+        if best is None and one.positions.shape[1] < view.most_lights:
+            best = next((up for up in more.each() if up.chi2[0] < FALL * one.chi2[0]), None)
+        if best is None:
+            break
+        one = best
+    return one
+
+
+def missing(view: View, one: Descents, dictionary: Dictionary) -> NDArray[np.float64]:
+    """(m, 3) places where a further light gains more than chance, in units of what is left."""
+    problem, lights = view.tight, lights_of(one)
+    left = left_of(problem, lights, view.criterion.likelihood)
+    places = dictionary.tops(problem, left, PLACES)
+    if not len(places):
+        return places
+    atoms = atoms_at(problem, places)
+    price = view.criterion.price(problem) * level_of(residuals(problem, lights)) ** 2
+    return places[gains_of(atoms, np.square(atoms), left) > price]
+
+
+def with_faint(one: Descents, places: NDArray[np.float64]) -> Descents:
+    """One hypothesis with a faint light at each of the places."""
+    m = len(places)
+    p, I = (np.repeat(each, m, axis=0) for each in (one.positions, one.intensities))
+    faint = FAINT * I.mean(axis=1, keepdims=True)
+    return Descents.of(np.append(p, places[:, None], axis=1), np.append(I, faint, axis=1))
+
+
+def without_any(view: View, one: Descents) -> Descents:
+    """The best with any one light dropped."""
+    p, I = one.positions[0], one.intensities[0]
+    starts = [(np.delete(p, i, 0), np.delete(I, i, 0)) for i in range(len(p))]
+    positions, intensities = (np.stack(each) for each in zip(*starts, strict=True))
+    tried = refined(view, Descents.of(positions, intensities), LOOK, STIFF)
+    tried = tried.rows(np.argsort(tried.chi2, kind="stable")[:TRIED])
+    tried = refined(view, tried, STEPS, NEARBY)
+    return tried.rows(np.array([np.argmin(tried.chi2)]))
+
+
+def refined(
+    view: View,
+    starts: Descents,
+    steps: int,
+    damping: float = FIRST_DAMPING,
+    fall: float = SETTLED,
+) -> Descents:
+    """Refined by the assumed errors."""
+    return descend(
+        view.tight,
+        starts.positions,
+        starts.intensities,
+        steps=steps,
+        damping=damping,
+        loss=view.criterion.likelihood.scale,
+        fall=fall,
+    )
+
+
+def is_nothing(view: View, one: Descents) -> bool:
+    """Whether the arithmetic's own error is all that is left."""
+    return level_of(residuals(view.tight, lights_of(one))) < NOTHING
