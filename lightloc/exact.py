@@ -19,8 +19,8 @@ from lightloc.ladder import Ladder
 from lightloc.levenberg import FIRST_DAMPING, NEARBY, Descents, descend
 from lightloc.moves import lights_of, start_at
 from lightloc.noise import level_of
-from lightloc.polish import SETTLED_DEEP
-from lightloc.solve import Problem, fit_of, residuals
+from lightloc.polish import SETTLED_DEEP, spread_of
+from lightloc.solve import Problem, fit_of, residuals, robust
 from lightloc.view import View
 
 NOTHING = 1e-5
@@ -59,7 +59,7 @@ def emptied(ladder: Ladder, whole: Problem) -> tuple[Ladder, Problem]:
     else:
         return ladder, whole
     while one.positions.shape[1] > 1:
-        fewer = without_any(view, one)
+        fewer = without_any(view, one, view.criterion.likelihood.scale)
         if not is_nothing(view, fewer):
             break
         one = fewer
@@ -77,32 +77,36 @@ def surer(problem: Problem) -> Problem:
 
 def exchanged(view: View, one: Descents) -> Descents:
     """Lights exchanged until nothing is left, or for as long as that falls by a factor."""
-    one, problem = refined(view, one, STEPS, NEARBY, SETTLED_DEEP), view.tight
+    problem, least = view.tight, view.criterion.likelihood.scale
+    one = refined(view, one, least, STEPS, NEARBY, SETTLED_DEEP)
     if is_nothing(view, one):
         return one
     dictionary = Dictionary.over(problem, view.dictionary.grid)
     while not is_nothing(view, one):
-        places = missing(view, one, dictionary)
+        z = residuals(problem, lights_of(one))
+        loss = spread_of(z, least)
+        places = missing(view, one, dictionary, loss)
         if not len(places):
             break
-        more = refined(view, with_faint(one, places), STEPS)
+        most = FALL * robust(z, loss)
+        more = refined(view, with_faint(one, places), loss, STEPS)
         more = more.rows(np.argsort(more.chi2, kind="stable"))
         best = next((up for up in more.each() if is_nothing(view, up)), None)
         if best is None:
-            downs = (without_any(view, up) for up in more.each())
-            best = next((down for down in downs if down.chi2[0] < FALL * one.chi2[0]), None)
+            downs = (without_any(view, up, loss) for up in more.each())
+            best = next((down for down in downs if down.chi2[0] < most), None)
         if best is None and one.positions.shape[1] < view.most_lights:
-            best = next((up for up in more.each() if up.chi2[0] < FALL * one.chi2[0]), None)
+            best = next((up for up in more.each() if up.chi2[0] < most), None)
         if best is None:
             break
         one = best
     return one
 
 
-def missing(view: View, one: Descents, dictionary: Dictionary) -> NDArray[np.float64]:
+def missing(view: View, one: Descents, dictionary: Dictionary, loss: float) -> NDArray[np.float64]:
     """(m, 3) places where a further light gains more than chance, in units of what is left."""
     problem, lights = view.tight, lights_of(one)
-    left = left_of(problem, lights, view.criterion.likelihood)
+    left = left_of(problem, lights, replace(view.criterion.likelihood, scale=loss))
     places = dictionary.tops(problem, left, PLACES)
     if not len(places):
         return places
@@ -119,20 +123,21 @@ def with_faint(one: Descents, places: NDArray[np.float64]) -> Descents:
     return Descents.of(np.append(p, places[:, None], axis=1), np.append(I, faint, axis=1))
 
 
-def without_any(view: View, one: Descents) -> Descents:
+def without_any(view: View, one: Descents, loss: float) -> Descents:
     """The best with any one light dropped."""
     p, I = one.positions[0], one.intensities[0]
     starts = [(np.delete(p, i, 0), np.delete(I, i, 0)) for i in range(len(p))]
     positions, intensities = (np.stack(each) for each in zip(*starts, strict=True))
-    tried = refined(view, Descents.of(positions, intensities), LOOK, STIFF)
+    tried = refined(view, Descents.of(positions, intensities), loss, LOOK, STIFF)
     tried = tried.rows(np.argsort(tried.chi2, kind="stable")[:TRIED])
-    tried = refined(view, tried, STEPS, NEARBY)
+    tried = refined(view, tried, loss, STEPS, NEARBY)
     return tried.rows(np.array([np.argmin(tried.chi2)]))
 
 
 def refined(
     view: View,
     starts: Descents,
+    loss: float,
     steps: int,
     damping: float = FIRST_DAMPING,
     fall: float = SETTLED,
@@ -144,7 +149,7 @@ def refined(
         starts.intensities,
         steps=steps,
         damping=damping,
-        loss=view.criterion.likelihood.scale,
+        loss=loss,
         fall=fall,
     )
 
