@@ -26,8 +26,9 @@ from lightloc.moves import MERGE, lights_of
 from lightloc.polish import AT_HAND, THOROUGH
 from lightloc.solve import Fit, Problem, residuals
 
-ROUND = 1e-2
-"""Share of its length that a shape has across the line on which two points lie, to begin with."""
+ROUND = 0.1
+"""Share of its length that a shape has across the line on which two points lie, to begin with:
+with a hundredth it stays flat, since nothing tells a flat shape's width to first order."""
 
 POINT = 1e-6
 """Of the longest side: no shape starts smaller, where lights lie at the same place."""

@@ -133,7 +133,8 @@ def descend(
         if not len(active):
             break
         now = here.rows(active)
-        step, promised = damped_steps(model, now, damp[active])
+        tried = damp[active]
+        step, promised = damped_steps(model, now, tried)
         there = model.moved(now, step, scale[active])
         with np.errstate(invalid="ignore", over="ignore"):  # nothing promised: ratio is infinite
             gain = now.chi2 - there.chi2
@@ -147,8 +148,8 @@ def descend(
             moved = np.linalg.norm(here.positions[active] - start[active], axis=2)
             strayed[active] = moved.max(axis=1, initial=0.0) > stray
         done = strayed[active] | (damp[active] > MOST_DAMPING)
-        done |= np.where(better, gain, promised) < fall * now.chi2
-        done |= better & (there.chi2 < exact)
+        done |= better & ((gain < fall * now.chi2) | (there.chi2 < exact))
+        done |= ~better & (tried < NEARBY) & (promised < fall * now.chi2)
         active = active[~done]
     return Descents(here.positions, here.intensities, here.chi2, strayed)
 
