@@ -36,6 +36,11 @@ def off(ladder: Any) -> Any:
     return ladder
 
 
+def kept(ladder: Any, whole: Any) -> Any:
+    """Exact data without exchanges."""
+    return ladder, whole
+
+
 def unchanged(problem: Any, fit: Any, criterion: Any) -> Any:
     """A polish that drops nothing."""
     return fit
@@ -44,6 +49,7 @@ def unchanged(problem: Any, fit: Any, criterion: Any) -> Any:
 CHANGES = {
     "opening-off": Change("no opening: one light at a time", ("localize", "opened"), off),
     "climb-off": Change("no climb: the opening alone", ("localize", "climbed"), off),
+    "exchanges-off": Change("no exchanges in exact data", ("localize", "emptied"), kept),
     "pruning-off": Change("the climb drops nothing", ("climb", "pruned"), unchanged),
     "stages-last": Change("the second stage alone", ("opening", "STAGES"), ((0.05, 0.005),)),
     "stages-first": Change("the first stage alone", ("opening", "STAGES"), ((0.2, 0.01),)),
