@@ -26,6 +26,9 @@ from lightloc.view import View
 NOTHING = 1e-5
 """Of the assumed errors, that half of the residuals lie below; right lights come to 1e-7."""
 
+HOPELESS = 100.0
+"""The same, above which no exchange is begun: 1e-4 of B is a measured error, or a model's."""
+
 PLACES, TRIED = 4, 4
 """Places for a further light, and lights to be dropped, that are refined to their end."""
 
@@ -51,6 +54,8 @@ STIFF = 0.1
 def emptied(ladder: Ladder, whole: Problem) -> tuple[Ladder, Problem]:
     """The same with lights that leave nothing, and with errors that say so, if any are found."""
     view = ladder.view
+    if level_of(ladder.best.residual) > HOPELESS:
+        return ladder, whole
     lower = [fit for fit in ladder.fits[::-1] if 0 < len(fit) < len(ladder.best)]
     for fit in [ladder.best, *lower][:STARTS]:
         one = exchanged(view, start_at(fit.lights))
