@@ -10,15 +10,14 @@ from numpy.typing import NDArray
 
 from lightloc.ambient import reflected_ambient
 from lightloc.candidates import Dictionary, atoms_at
-from lightloc.certificate import certificate_of
-from lightloc.criterion import Criterion, Likelihood
+from lightloc.criterion import Criterion
 from lightloc.geometry import Geometry
 from lightloc.grid import Grid
 from lightloc.noise import is_exact, working_sigma
 from lightloc.observations import Observations
 from lightloc.options import Options
 from lightloc.result import Step
-from lightloc.solve import Fit, Problem
+from lightloc.solve import Problem
 from lightloc.surfels import surfels
 from lightloc.view import View
 
@@ -67,17 +66,12 @@ class Ground:
         is_open = geometry is None or not occludes(sampled, dictionary)
         return Ground(whole, some, sampled, dictionary, is_open)
 
-    def certificate(self, whole: Problem, fit: Fit, o: Likelihood) -> float:
-        """`certificate_of` a fit to ``whole``."""
-        tight = whole if self.some is None else whole.rows_of(self.some)
-        return certificate_of(fit, whole, tight, self.dictionary, self.sampled, o)[0]
-
     def view(
         self,
         whole: Problem,
         o: Options,
         criterion: Criterion,
-        watch: Callable[[Step], None],
+        watch: Callable[[Step], None] = lambda step: None,
         *,
         enough: float = 0.0,
         rough: bool = False,

@@ -167,7 +167,7 @@ def whole(
         outliers=int((np.abs(z) > o.outlier).sum()),
         inseparable=inseparable(lights, errors.position),
         resolution=resolution(posed, lights),
-        certificate=ground.certificate(posed, fit, criterion.likelihood),
+        certificate=ground.view(posed, o, criterion).certificate(posed, fit)[0],
         reason=reason,
         verdicts=tuple(verdicts),
     )

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from lightloc import Options, PointLights, exact, localize
+from lightloc.backend import one_blas_thread
 from lightloc.criterion import Criterion
 from lightloc.exact import NOTHING, emptied
 from lightloc.ground import Ground
@@ -18,6 +19,13 @@ LIGHTS = 12
 ROUNDED = 2.0**-24  # relative, of B in 32 bits
 
 
+@pytest.fixture(autouse=True)
+def single():
+    """As in `localize`: small products on one thread."""
+    with one_blas_thread():
+        yield
+
+
 @pytest.fixture(scope="module")
 def room():
     return rooms(LIGHTS, count=1)[0]
@@ -27,7 +35,7 @@ def answered(room, radiance, kept: list[int]):
     """A ladder whose best answer has only some of a room's lights, refined."""
     q, o = room.observe().with_radiance(radiance, 0.0), Options()
     ground = Ground.of(q, None, q.bounds, o, 0)
-    view = ground.view(ground.whole, o, Criterion.of(o), lambda step: None)
+    view = ground.view(ground.whole, o, Criterion.of(o))
     lights = PointLights(room.lights.positions[kept], room.lights.intensities[kept])
     fit = sharpened(view.tight, start_at(lights), view.criterion)
     return Ladder.on(view).with_("open", fit), ground.whole
