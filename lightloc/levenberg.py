@@ -187,7 +187,7 @@ def damped_steps(model: Model, place: Place, damping: NDArray) -> tuple[NDArray,
         scaled = place.A / (root[:, :, None] * root[:, None, :])
         scaled += damping[:, None, None] * np.eye(u)
         step = -np.linalg.solve(scaled, (place.g / root)[:, :, None])[:, :, 0] / root
+    for each in (step, bend):  # begun on an observation: stays, and is given up
+        each[~np.isfinite(each).all(axis=1)] = 0.0
     promised = damping * (step * step * diagonal).sum(axis=1) - (step * place.g).sum(axis=1)
-    step = step + bend
-    step[~np.isfinite(step).all(axis=1)] = 0.0  # begun on an observation: stays, and is given up
-    return step, promised
+    return step + bend, promised
