@@ -13,7 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
+from lightloc.certainty import jacobian
 from lightloc.grid import Grid
+from lightloc.lights import PointLights
 from lightloc.shading import shaded
 from lightloc.solve import Problem, whitened
 
@@ -61,8 +63,7 @@ class Dictionary:
             reach = self.grid.step
             for _ in range(ZOOMS):
                 points = Grid.around(p, reach, problem.bounds, ZOOM).points
-                atoms = atoms_at(problem, points)
-                p = points[np.argmax(gains_of(atoms, np.square(atoms), left))]
+                p = points[np.argmax(gains_at(problem, points, left))]
                 reach = reach * 2 / ZOOM
             tops[i] = p
         return tops
@@ -90,23 +91,31 @@ class Left:
     basis: tuple[NDArray, ...]
 
     @staticmethod
-    def robust(problem: Problem, positions: NDArray, z: NDArray, loss: float) -> Left:
-        """Beside lights at (k, 3) positions that leave z (n, c), with Cauchy's weights."""
-        weight = 1 / (1 + np.square(z / loss))
-        return Left.beside(whitened(problem, positions), z, weight, problem.surfels.double)
+    def beside(problem: Problem, lights: PointLights, z: NDArray, weight: NDArray) -> Left:
+        """Beside lights, and all that they can adapt: their own derivatives, and an ambient term.
 
-    @staticmethod
-    def beside(columns: NDArray, residual: NDArray, weight: NDArray, double: bool) -> Left:
-        """From what is refitted with it, (n, k, c), the residual and its weight, each (n, c)."""
-        bits = BITS[double]
+        Args:
+            z: (n, c) what they leave, in standard errors; ``weight`` of each in 0..1.
+        """
+        bits = BITS[problem.surfels.double]
+        columns = whitened(problem, lights.positions[:0])
+        if len(lights):
+            J = jacobian(problem, lights).transpose(1, 2, 0)
+            columns = np.concatenate([J, columns], axis=1)
         left, spans = [], []
-        for c, (z, w) in enumerate(zip(residual.T, weight.T, strict=True)):
-            root = np.sqrt(w)
+        for c, root in enumerate(np.sqrt(weight).T):
             present = columns[:, (columns[:, :, c] != 0).any(axis=0), c] * root[:, None]
             basis, _ = np.linalg.qr(present)
-            left.append((z * root - basis @ (basis.T @ (z * root))) * root)
+            own = z[:, c] * root
+            left.append((own - basis @ (basis.T @ own)) * root)
             spans.append((basis * root[:, None]).astype(bits))
         return Left(np.array(left, bits), weight.T.astype(bits), tuple(spans))
+
+
+def gains_at(problem: Problem, points: NDArray, left: Left) -> NDArray[np.float64]:
+    """`gains_of` a light at (g, 3) points."""
+    atoms = atoms_at(problem, points)
+    return gains_of(atoms, np.square(atoms), left)
 
 
 def gains_of(atoms: NDArray, energies: NDArray, left: Left) -> NDArray[np.float64]:

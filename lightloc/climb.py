@@ -1,20 +1,28 @@
-"""The climb: one light more where it gains most, then those dropped that are not worth it."""
+"""The climb: one light more where it gains most, for as long as that helps.
+
+Errors and the edges of shadows are wide while lights are missing, so that what one light does is
+seen from afar. What is found is then refined with the observations' own errors: it is enough as
+soon as these are met and there is no place for another light.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
-from lightloc.candidates import Left
+from lightloc.births import places
 from lightloc.ladder import Ladder
 from lightloc.levenberg import FIRST_DAMPING, Descents
 from lightloc.lights import PointLights
 from lightloc.moves import distinct, lights_of, start_at
-from lightloc.polish import one_fewer, pruned, sharpened, spread_of
+from lightloc.polish import sharpened, spread_of
 from lightloc.solve import fit_of, intensities
 from lightloc.view import Stage
 
 STAGE = (0.02, 0.005)
 """Errors, of B, and the width of shadows' edges, of the longest side, while lights are missing."""
+
+NARROWED = 0.25
+"""Share of a stage's errors that is left once they are met."""
 
 NEAR = 4.0
 """Loss a residual, in these errors, from which the own ones are tried."""
@@ -22,63 +30,33 @@ NEAR = 4.0
 CANDIDATES, FRONT = 4, 3
 """Places for a further light that are tried; hypotheses that are refined to their end."""
 
-PATIENCE, ROUNDS = 2, 4
-"""Lights that may be added in vain, beyond those of the best so far; rounds of adding and
-dropping."""
+PATIENCE, VAIN = 4, 2
+"""Lights that may be added in vain, beyond those of the best so far; so many show an error of the
+model, once a search has ended."""
 
 QUICK, THOROUGH = 12, 30
 """Evaluations to judge a hypothesis, and to refine it."""
 
 
 def climbed(ladder: Ladder) -> Ladder:
-    """Add and drop lights for as long as that helps."""
-    stage = ladder.view.through(*STAGE)
-    for _ in range(ROUNDS):
-        before = ladder.best
-        ladder = grown(stage, ladder)
-        if ladder.ended or not len(ladder.best):
-            break
-        fit = pruned(ladder.view.tight, ladder.best, ladder.view.criterion)
-        if len(fit) < len(ladder.best):
-            ladder = ladder.with_("drop", fit)
-        if ladder.best is before:
-            break
-    return stepped_down(ladder)
-
-
-def stepped_down(ladder: Ladder) -> Ladder:
-    """Where lights only adapt to an error of the model: no more than explain.
-
-    Nothing was added but in vain, so less of that tells than while lights are found. No rung below
-    those that explain is left out: the step to them tells how many do.
-    """
-    view = ladder.view
-    if view.criterion.is_clean(view.tight, ladder.best):
-        return ladder
-    ladder = ladder.judged(PATIENCE)
-    while ladder.most == len(ladder.best) > 1 and ladder.rung(ladder.most - 1) is None:
-        fit = one_fewer(view.tight, ladder.best, view.criterion)
-        if fit is None:
-            break
-        ladder = ladder.with_("drop", fit, PATIENCE)
-    return ladder
-
-
-def grown(stage: Stage, ladder: Ladder) -> Ladder:
     """Add lights to the best, one by one, while there is a gain."""
+    view = ladder.view
+    level, stage = STAGE[0], view.through(*STAGE)
     one, idle = start_at(ladder.best.lights), 0
-    while one.positions.shape[1] < stage.most_lights and idle < PATIENCE and not ladder.ended:
+    while one.positions.shape[1] < view.most_lights and idle < PATIENCE and not ladder.ended:
         z = stage.residuals(one)
-        loss = spread_of(z, stage.criterion.likelihood.scale)
-        left = Left.robust(stage.problem, one.positions[0], z, loss)
-        places = stage.dictionary.tops(stage.problem, left, CANDIDATES)
-        if not len(places):
+        loss = spread_of(z, view.criterion.likelihood.scale)
+        found = places(stage, one, z, loss, CANDIDATES)
+        if not len(found):
             break
-        front = refined(stage, with_one(stage, one, places), loss)
+        front = refined(stage, with_one(stage, one, found), loss)
         before, one = ladder.best, front.rows(np.array([0]))
         ladder = noted(stage, front, "add", ladder)
+        if one.chi2[0] < stage.problem.rows:
+            level *= NARROWED
+            stage = view.through(level, STAGE[1])
         idle = 0 if ladder.best is not before else idle + 1
-    return ladder
+    return ladder if view.criterion.is_clean(view.tight, ladder.best) else ladder.judged(VAIN)
 
 
 def with_one(stage: Stage, one: Descents, places: np.ndarray) -> Descents:
@@ -97,7 +75,7 @@ def refined(stage: Stage, starts: Descents, loss: float) -> Descents:
 
 
 def noted(stage: Stage, front: Descents, action: str, ladder: Ladder) -> Ladder:
-    """Judge hypotheses by the observations' own errors, and keep the best.
+    """Judge hypotheses by the observations' own errors, until one explains; keep the best.
 
     Only where the wider errors are met already is it worth refining with the own ones.
     """
@@ -107,6 +85,8 @@ def noted(stage: Stage, front: Descents, action: str, ladder: Ladder) -> Ladder:
             fits.append(sharpened(tight, one, criterion, deep=False, patient=False))
         else:
             fits.append(fit_of(tight, lights_of(one), criterion.likelihood.scale))
+        if criterion.is_explained(tight, fits[-1]):
+            break
     return ladder.with_(action, criterion.best(fits))
 
 

@@ -13,15 +13,15 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lightloc.candidates import Dictionary, atoms_at, gains_of
-from lightloc.certificate import left_of
+from lightloc.births import places
+from lightloc.candidates import Dictionary
 from lightloc.ladder import Ladder
 from lightloc.levenberg import FIRST_DAMPING, NEARBY, Descents, descend
 from lightloc.moves import lights_of, start_at
 from lightloc.noise import level_of
 from lightloc.polish import SETTLED_DEEP, spread_of
 from lightloc.solve import Problem, fit_of, residuals, robust
-from lightloc.view import View
+from lightloc.view import Stage, View
 
 NOTHING = 1e-5
 """Of the assumed errors, that half of the residuals lie below; right lights come to 1e-7."""
@@ -36,7 +36,7 @@ FALL = 0.5
 """Share of chi-square that an exchange leaves at most, and a light more."""
 
 STARTS = 4
-"""Counts of lights from which exchanges begin, the best first, until one of them succeeds."""
+"""Counts of lights from which exchanges begin, those that leave least first, until one succeeds."""
 
 FAINT = 0.01
 """Of the lights' mean: how bright a further one begins."""
@@ -56,8 +56,7 @@ def emptied(ladder: Ladder, whole: Problem) -> tuple[Ladder, Problem]:
     view = ladder.view
     if level_of(ladder.best.residual) > HOPELESS:
         return ladder, whole
-    lower = [fit for fit in ladder.fits[::-1] if 0 < len(fit) < len(ladder.best)]
-    for fit in [ladder.best, *lower][:STARTS]:
+    for fit in sorted(ladder.fits[1:], key=lambda fit: fit.cost)[:STARTS]:
         one = exchanged(view, start_at(fit.lights))
         if is_nothing(view, one):
             break
@@ -86,15 +85,15 @@ def exchanged(view: View, one: Descents) -> Descents:
     one = refined(view, one, least, STEPS, NEARBY, SETTLED_DEEP)
     if is_nothing(view, one):
         return one
-    dictionary = Dictionary.over(problem, view.dictionary.grid)
+    stage = Stage(problem, Dictionary.over(problem, view.dictionary.grid), 0.0, view.criterion)
     while not is_nothing(view, one):
         z = residuals(problem, lights_of(one))
         loss = spread_of(z, least)
-        places = missing(view, one, dictionary, loss)
-        if not len(places):
+        found = places(stage, one, z, loss, PLACES)
+        if not len(found):
             break
         most = FALL * robust(z, loss)
-        more = refined(view, with_faint(one, places), loss, STEPS)
+        more = refined(view, with_faint(one, found), loss, STEPS)
         more = more.rows(np.argsort(more.chi2, kind="stable"))
         best = next((up for up in more.each() if is_nothing(view, up)), None)
         if best is None:
@@ -108,24 +107,12 @@ def exchanged(view: View, one: Descents) -> Descents:
     return one
 
 
-def missing(view: View, one: Descents, dictionary: Dictionary, loss: float) -> NDArray[np.float64]:
-    """(m, 3) places where a further light gains more than chance, in units of what is left."""
-    problem, lights = view.tight, lights_of(one)
-    left = left_of(problem, lights, replace(view.criterion.likelihood, scale=loss))
-    places = dictionary.tops(problem, left, PLACES)
-    if not len(places):
-        return places
-    atoms = atoms_at(problem, places)
-    price = view.criterion.price(problem) * level_of(residuals(problem, lights)) ** 2
-    return places[gains_of(atoms, np.square(atoms), left) > price]
-
-
-def with_faint(one: Descents, places: NDArray[np.float64]) -> Descents:
+def with_faint(one: Descents, found: NDArray[np.float64]) -> Descents:
     """One hypothesis with a faint light at each of the places."""
-    m = len(places)
+    m = len(found)
     p, I = (np.repeat(each, m, axis=0) for each in (one.positions, one.intensities))
     faint = FAINT * I.mean(axis=1, keepdims=True)
-    return Descents.of(np.append(p, places[:, None], axis=1), np.append(I, faint, axis=1))
+    return Descents.of(np.append(p, found[:, None], axis=1), np.append(I, faint, axis=1))
 
 
 def without_any(view: View, one: Descents, loss: float) -> Descents:

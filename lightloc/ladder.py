@@ -42,28 +42,24 @@ class Ladder:
     @staticmethod
     def on(view: View) -> Ladder:
         """One that has nothing on it but darkness."""
-        return Ladder(view, (view.darkness,), view.darkness)
+        return Ladder(view, (view.darkness,), view.darkness, enough=view.is_enough(view.darkness))
 
     @property
     def ended(self) -> bool:
         """Whether no further light is to be looked for."""
         return self.enough or self.most is not None
 
-    def rung(self, count: int) -> Fit | None:
-        """The best fit of so many lights."""
-        return next((fit for fit in self.fits if len(fit) == count), None)
-
-    def with_(self, action: str, fit: Fit, stalled: int = STALLED) -> Ladder:
-        """The same with a fit on it, if it is the best of its count; ``stalled`` as in `judged`."""
+    def with_(self, action: str, fit: Fit) -> Ladder:
+        """The same with a fit on it, if it is the best of its count."""
         view, criterion = self.view, self.view.criterion
         step = Step(action, len(fit), fit.cost / view.tight.rows)
         view.watch(step)
         same = [one for one in self.fits if len(one) == len(fit)]
         others = [one for one in self.fits if len(one) != len(fit)]
         fits = tuple(sorted([*others, criterion.best([*same, fit])], key=len))
-        return replace(self, fits=fits, history=(*self.history, step)).judged(stalled)
+        return replace(self, fits=fits, history=(*self.history, step)).judged()
 
-    def judged(self, stalled: int) -> Ladder:
+    def judged(self, stalled: int = STALLED) -> Ladder:
         """The same with what is best, where so many lights in vain show an error of the model."""
         view, criterion, fits = self.view, self.view.criterion, self.fits
         most = adapted(view, fits, stalled)
@@ -75,9 +71,9 @@ class Ladder:
 def adapted(view: View, fits: tuple[Fit, ...], stalled: int) -> int | None:
     """How many lights explain, where the last ones only adapt to an error of the model.
 
-    What is left is no noise, yet small beside B, and the last ``stalled`` lights have not lowered
-    it as `STALLED` would that quarter it: lights that are there explain more. None where it is not
-    so.
+    What is left is no noise, yet small beside B, and some of the last lights, ``stalled`` or more,
+    have not lowered it as `STALLED` would that quarter it: lights that are there explain more.
+    What two lights leave must fall twice as far as what one does. None where it is not so.
     """
     last, tight = fits[-1], view.tight
     before = [fit for fit in fits[1:] if len(fit) <= len(last) - stalled]
@@ -85,10 +81,10 @@ def adapted(view: View, fits: tuple[Fit, ...], stalled: int) -> int | None:
         return None
     B = np.maximum(tight.radiance, 0)
     off = np.abs(last.residual) * tight.sigma / (B + WRONG * B.mean())
-    share = SHARE ** ((len(last) - len(before[-1])) / STALLED)
-    if np.median(off) > WRONG or left(last, before[-1]) < share:
+    fed = (left(last, f) > SHARE ** ((len(last) - len(f)) / STALLED) for f in before)
+    if np.median(off) > WRONG or not any(fed):
         return None
-    while len(before) > 1 and left(before[-1], before[-2]) > LITTLE:
+    while any(left(before[-1], fit) > LITTLE**i for i, fit in enumerate(before[-2:-4:-1], 1)):
         before.pop()
     return len(before[-1])
 

@@ -154,12 +154,9 @@ def descend(
     return Descents(here.positions, here.intensities, here.chi2, strayed)
 
 
-def normal_equations(
-    problem: Problem, one: Descents, loss: float, blur: float = 0.0
-) -> NDArray[np.float64]:
+def normal_equations(problem: Problem, one: Descents, loss: float) -> NDArray[np.float64]:
     """(u, u) J^T W J at a hypothesis, over all coordinates, then the intensities' logarithms."""
-    blur = blur if problem.geometry is not None else 0.0
-    model = Model(problem, one.positions.shape[1], blur, Unknown.LOGARITHM)
+    model = Model(problem, one.positions.shape[1], 0.0, Unknown.LOGARITHM)
     return model.begun(one.positions, one.intensities, np.array([loss])).A[0]
 
 

@@ -21,7 +21,6 @@ from lightloc.ladder import Ladder
 from lightloc.lights import PointLights
 from lightloc.noise import is_exact, working_sigma
 from lightloc.observations import Observations
-from lightloc.opening import opened
 from lightloc.options import Options
 from lightloc.paper import Paper
 from lightloc.published import published
@@ -147,7 +146,7 @@ def searched(
     enough = SILENT if exact else 0.0
     view = ground.view(whole, o, criterion, watch, enough=enough, rough=rough)
     ladder = Ladder.on(view)
-    ladder = resumed(ladder, start) if start else climbed(opened(ladder))
+    ladder = resumed(ladder, start) if start else climbed(ladder)
     if start and not criterion.is_explained(view.tight, ladder.best):
         ladder = climbed(ladder)
     if exact and len(ladder.best):

@@ -19,11 +19,11 @@ RIDGE = 1e-9
 """Of the normal equations' diagonal, so that lights at one place can be inverted."""
 
 
-def without_one(problem: Problem, one: Descents, loss: float, blur: float = 0.0) -> Descents:
+def without_one(problem: Problem, one: Descents, loss: float) -> Descents:
     """A light less: those that matter least dropped, those nearest joined where they balance."""
     p, I = one.positions[0], one.intensities[0]
     power = I.mean(axis=1) + np.finfo(float).tiny
-    least = np.argsort(worths(problem, one, loss, blur), kind="stable")[:TRIED]
+    least = np.argsort(worths(problem, one, loss), kind="stable")[:TRIED]
     starts = [(np.delete(p, i, 0), np.delete(I, i, 0)) for i in least]
     a, b = np.triu_indices(len(p), 1)
     apart = np.linalg.norm(p[a] - p[b], axis=1)
@@ -39,9 +39,9 @@ def without_one(problem: Problem, one: Descents, loss: float, blur: float = 0.0)
     return Descents.of(np.stack(positions), np.stack(intensities))
 
 
-def worths(problem: Problem, one: Descents, loss: float, blur: float) -> NDArray[np.float64]:
+def worths(problem: Problem, one: Descents, loss: float) -> NDArray[np.float64]:
     """Loss that each light's absence would cost, to first order, all others refitted: (k,)."""
-    A = normal_equations(problem, one, loss, blur)
+    A = normal_equations(problem, one, loss)
     k, c = one.intensities.shape[1:]
     first = len(A) - k * c
     size = np.sqrt(np.maximum(np.diag(A), np.finfo(float).tiny))

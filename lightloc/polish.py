@@ -97,36 +97,24 @@ def sharpened(
 
 
 def pruned(problem: Problem, fit: Fit, criterion: Criterion) -> Fit:
-    """Drop or join lights where that leaves the fit not significantly worse, the best first."""
+    """Drop or join lights where that leaves the fit not significantly worse, the best first.
+
+    Only hypotheses that a quick look brings near are refined further.
+    """
     while len(fit) > 1:
         level = criterion.level([fit])
         near = criterion.likelihood.cost(fit.residual, level) + NEAR_MISS * criterion.price(problem)
-        fewer = one_fewer(problem, fit, criterion, near)
-        if fewer is None or criterion.is_worth(problem, fewer, fit, level):
+        start = without_one(problem, start_at(fit.lights), criterion.likelihood.scale * level)
+        tried = polished(problem, start, criterion.likelihood.scale * level, QUICK)
+        best = np.argsort(tried.chi2, kind="stable")[:FRONT]
+        some = tried.rows(best[tried.chi2[best] < near * level**2])
+        if not len(some):
+            break
+        fewer = criterion.best(sharpened(problem, one, criterion) for one in some.each())
+        if criterion.is_worth(problem, fewer, fit, level):
             break
         fit = fewer
     return fit
-
-
-def one_fewer(problem: Problem, fit: Fit, criterion: Criterion, near: float = np.inf) -> Fit | None:
-    """The best fit with a light dropped or two joined, of those that a quick look brings near.
-
-    Args:
-        near: the cost to come below, at the level of noise that ``fit`` leaves.
-
-    None where none does.
-    """
-    level = criterion.level([fit])
-    loss = criterion.likelihood.scale * level
-    start = without_one(problem, start_at(fit.lights), loss)
-    tried = polished(problem, start, loss, QUICK)
-    best = np.argsort(tried.chi2, kind="stable")[:FRONT]
-    some = tried.rows(best[tried.chi2[best] < near * level**2])
-    return (
-        criterion.best(sharpened(problem, one, criterion) for one in some.each())
-        if len(some)
-        else None
-    )
 
 
 def spread_of(z: NDArray, least: float) -> float:

@@ -10,18 +10,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lightloc.candidates import Dictionary
-from lightloc.certificate import certificate_of
+from lightloc.certificate import certificate
 from lightloc.criterion import Criterion
 from lightloc.levenberg import Descents, descend
+from lightloc.noise import level_of
 from lightloc.result import Step
 from lightloc.shading import shading_gradient
 from lightloc.solve import Fit, Problem, no_lights
 
 DIM = 0.4
 """Of the mean radiance: nothing darker is given a smaller error than this would have."""
-
-LIKELY = 1.3
-"""Loss a residual, in a stage's errors, at which it is explained."""
 
 FALL = 1e-4
 """Relative fall of chi-square that ends a descent through wider errors."""
@@ -64,20 +62,22 @@ class View:
         problem = replace(self.single, sigma=wide)
         dictionary = self.dictionary.under(self.single, problem)
         soft = blur * problem.size if self.occluded and not self.rough else 0.0
-        return Stage(problem, dictionary, soft, self.criterion, self.most_lights)
+        return Stage(problem, dictionary, soft, self.criterion)
 
     def is_enough(self, fit: Fit) -> bool:
         """Whether there is nothing left to explain, and no place for another light."""
         if fit.cost < self.enough * self.tight.rows:
             return True
-        if not len(fit) or not self.criterion.is_likely(self.tight, fit):
+        if not self.criterion.is_likely(self.tight, fit):
             return False
         return self.certificate(self.tight, fit)[0] ** 2 < self.criterion.price(self.tight)
 
     def certificate(self, whole: Problem, fit: Fit) -> tuple[float, NDArray[np.float64]]:
-        """`certificate_of` a fit to ``whole``."""
-        likelihood = self.criterion.likelihood
-        return certificate_of(fit, whole, self.tight, self.dictionary, self.single, likelihood)
+        """`certificate` of a fit to ``whole``, in units of what it leaves if that is more."""
+        level = max(1.0, level_of(fit.residual)) if len(fit) else 1.0
+        own, sampled = (replace(p, sigma=p.sigma * level) for p in (whole, self.tight))
+        dictionary = self.dictionary.under(self.single, sampled)
+        return certificate(own, sampled, dictionary, fit.lights, self.criterion.likelihood)
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,23 +88,12 @@ class Stage:
         problem: with the stage's errors.
         dictionary: over it.
         blur: of shadows' edges, metres.
-        most_lights: that may be tried.
     """
 
     problem: Problem
     dictionary: Dictionary
     blur: float
     criterion: Criterion
-    most_lights: int
-
-    def explains(self, one: Descents) -> bool:
-        """Whether no more is left than the stage's errors."""
-        return bool(one.chi2[0] < LIKELY * self.problem.rows)
-
-    def price(self, one: Descents) -> float:
-        """Loss that a further light must gain, in units of what is left."""
-        left = float(one.chi2[0]) / self.problem.rows
-        return self.criterion.price(self.problem) * max(1.0, left)
 
     def descended(
         self, starts: Descents, damping: float, steps: int, loss: ArrayLike | None = None

@@ -9,7 +9,7 @@ import pytest
 
 from lightloc import Options, PointLights
 from lightloc.candidates import Dictionary
-from lightloc.climb import PATIENCE
+from lightloc.climb import VAIN
 from lightloc.criterion import Criterion
 from lightloc.grid import Grid
 from lightloc.ladder import STALLED, Ladder, adapted
@@ -75,13 +75,25 @@ def test_less_in_vain_is_enough_once_a_search_has_ended(view):
     """Two lights in vain tell nothing while others are found, but when nothing more is."""
     fed = {1: 90.0, 2: 12.0, 3: 11.5, 4: 11.0}
     assert ladder(view, fed).most is None
-    assert ladder(view, fed).judged(PATIENCE).most == 2
+    assert ladder(view, fed).judged(VAIN).most == 2
+
+
+def test_a_lucky_light_among_lights_in_vain_is_none(view):
+    """One light halves what the one before left, which was caught; two do not quarter it."""
+    fed = {1: 90.0, 2: 12.0, 3: 11.5, 4: 11.0, 5: 11.0, 6: 5.0, 7: 4.9, 8: 4.8}
+    assert ladder(view, fed).judged(VAIN).most == 2
+
+
+def test_lights_in_vain_before_the_last_ones_tell_too(view):
+    """Slowly, each a little: no six of them quarter what is left, whichever are looked at."""
+    fed = {1: 90.0, 2: 40.0, 3: 16.0} | {3 + k: 16.0 * 0.82**k for k in range(1, 8)}
+    assert ladder(view, fed).most == 3
 
 
 def test_a_rung_keeps_the_better_fit(view):
     two = ladder(view, {2: 9.0, 1: 90.0})
-    assert two.with_("add", rung(view, 2, 10.0)).rung(2) is two.rung(2)
-    assert two.with_("add", rung(view, 2, 8.0)).rung(2) is not two.rung(2)
+    assert two.with_("add", rung(view, 2, 10.0)).fits[2] is two.fits[2]
+    assert two.with_("add", rung(view, 2, 8.0)).fits[2] is not two.fits[2]
     assert [step.lights for step in two.history] == [2, 1]
 
 

@@ -32,7 +32,7 @@ class Change:
 
 
 def off(ladder: Any) -> Any:
-    """A part of the search that does nothing."""
+    """A climb that does nothing."""
     return ladder
 
 
@@ -46,36 +46,31 @@ def unchanged(problem: Any, fit: Any, criterion: Any) -> Any:
     return fit
 
 
+def same(whole: Any, fit: Any, ladder: Any) -> Any:
+    """A last word that adds nothing."""
+    return fit
+
+
 CHANGES = {
-    "opening-off": Change("no opening: one light at a time", ("localize", "opened"), off),
-    "climb-off": Change("no climb: the opening alone", ("localize", "climbed"), off),
+    "climb-off": Change("no climb", ("localize", "climbed"), off),
     "exchanges-off": Change("no exchanges in exact data", ("localize", "emptied"), kept),
-    "pruning-off": Change("the climb drops nothing", ("climb", "pruned"), unchanged),
-    "stages-last": Change("the second stage alone", ("opening", "STAGES"), ((0.05, 0.005),)),
-    "stages-first": Change("the first stage alone", ("opening", "STAGES"), ((0.2, 0.01),)),
-    "stages-three": Change(
-        "a third stage", ("opening", "STAGES"), ((0.2, 0.01), (0.05, 0.005), (0.02, 0.002))
-    ),
-    "births-1": Change("births one at a time", ("opening", "BIRTHS"), 1),
-    "births-3": Change("births halved", ("opening", "BIRTHS"), 3),
-    "births-12": Change("births doubled", ("opening", "BIRTHS"), 12),
-    "vain-1": Change("rounds of births in vain halved", ("opening", "VAIN"), 1),
-    "vain-4": Change("rounds of births in vain doubled", ("opening", "VAIN"), 4),
-    "chance-off": Change("births after one in vain not shuffled", ("births", "LOT"), 1.0),
-    "alone-off": Change("births not refined alone", ("births", "STEPS"), 0),
-    "about-off": Change("no places about a birth", ("births", "CLOUD"), 0),
-    "blur-half": Change("the climb's shadows half as soft", ("climb", "STAGE"), (0.02, 0.0025)),
-    "blur-double": Change("the climb's shadows twice as soft", ("climb", "STAGE"), (0.02, 0.01)),
+    "pruning-off": Change("nothing is dropped or joined", ("settle", "pruned"), unchanged),
+    "completing-off": Change("nothing is added over all data", ("settle", "completed"), same),
+    "alone-off": Change("places not refined alone", ("births", "STEPS"), 0),
     "error-half": Change("the climb's errors halved", ("climb", "STAGE"), (0.01, 0.005)),
     "error-double": Change("the climb's errors doubled", ("climb", "STAGE"), (0.04, 0.005)),
+    "blur-half": Change("the climb's shadows half as soft", ("climb", "STAGE"), (0.02, 0.0025)),
+    "blur-double": Change("the climb's shadows twice as soft", ("climb", "STAGE"), (0.02, 0.01)),
+    "narrowing-off": Change("errors not narrowed", ("climb", "NARROWED"), 1.0),
     "candidates-2": Change("candidates halved", ("climb", "CANDIDATES"), 2),
     "candidates-8": Change("candidates doubled", ("climb", "CANDIDATES"), 8),
     "front-1": Change("one hypothesis refined to its end", ("climb", "FRONT"), 1),
-    "patience-1": Change("lights added in vain halved", ("climb", "PATIENCE"), 1),
-    "patience-4": Change("lights added in vain doubled", ("climb", "PATIENCE"), 4),
+    "front-6": Change("hypotheses refined to their end doubled", ("climb", "FRONT"), 6),
+    "patience-2": Change("lights added in vain halved", ("climb", "PATIENCE"), 2),
+    "patience-8": Change("lights added in vain doubled", ("climb", "PATIENCE"), 8),
     "margin-ten": Change("margin to the walls ten times as wide", ("batched", "MARGIN"), 1e-2),
     "margin-off": Change("no margin to the walls", ("batched", "MARGIN"), 1e-6),
-    "damping-low": Change("damping begins low", ("opening", "FIRST_DAMPING"), 1e-2),
+    "damping-low": Change("damping begins low", ("climb", "FIRST_DAMPING"), 1e-2),
     "reuse-off": Change("shadows never kept", ("batched", "REUSED"), 0.0),
     "reuse-double": Change("shadows kept twice as far", ("batched", "REUSED"), 1.0),
     "few-off": Change("no residual may lie anywhere", ("criterion", "FEW"), 0.0),
@@ -108,7 +103,7 @@ def names(per_row: int) -> list[str]:
     """Scenes: a change, and the number of a room.
 
     >>> names(2)[:2]
-    ['opening-off-000', 'opening-off-001']
+    ['climb-off-000', 'climb-off-001']
     """
     return numbered(list(CHANGES), min(per_row, len(rooms())))
 
