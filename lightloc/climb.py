@@ -30,9 +30,12 @@ NEAR = 4.0
 CANDIDATES, FRONT = 4, 3
 """Places for a further light that are tried; hypotheses that are refined to their end."""
 
-PATIENCE, VAIN = 4, 2
-"""Lights that may be added in vain, beyond those of the best so far; so many show an error of the
-model, once a search has ended."""
+PATIENCE = (2, 4)
+"""Lights that may be added in vain, beyond those of the best so far; the same in 64 bits, where
+twenty lights need it (measured)."""
+
+VAIN = 2
+"""So many lights in vain show an error of the model, once a search has ended."""
 
 QUICK, THOROUGH = 12, 30
 """Evaluations to judge a hypothesis, and to refine it."""
@@ -43,7 +46,8 @@ def climbed(ladder: Ladder) -> Ladder:
     view = ladder.view
     level, stage = STAGE[0], view.through(*STAGE)
     one, idle = start_at(ladder.best.lights), 0
-    while one.positions.shape[1] < view.most_lights and idle < PATIENCE and not ladder.ended:
+    patience = PATIENCE[view.tight.surfels.double]
+    while one.positions.shape[1] < view.most_lights and idle < patience and not ladder.ended:
         z = stage.residuals(one)
         loss = spread_of(z, view.criterion.likelihood.scale)
         found = places(stage, one, z, loss, CANDIDATES)
