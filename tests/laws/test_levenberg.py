@@ -335,6 +335,20 @@ def test_residuals_bend_as_their_second_difference_says():
     )
 
 
+def test_a_bend_that_is_not_finite_leaves_the_straight_step(monkeypatch):
+    """Where a tenth of the step ahead is no number, the step is that of normal equations."""
+    model, place = exact_place()
+    damping = np.full(3, 1e4)
+    whole = np.full((3, place.g.shape[1], 1), np.nan)
+    monkeypatch.setattr(batched.Model, "bent", lambda *_: whole)
+    step, promised = damped_steps(model, place, damping)
+    monkeypatch.setattr(batched.Model, "bent", lambda *_: np.zeros_like(whole))
+    straight, same = damped_steps(model, place, damping)
+    assert np.linalg.norm(straight) > 0
+    np.testing.assert_array_equal(step, straight)
+    np.testing.assert_array_equal(promised, same)
+
+
 def test_bent_steps_follow_the_valleys_of_exact_data(monkeypatch):
     """Twenty lights, begun 1 cm off: right in 100 evaluations, in which straight steps creep."""
     room = rooms(20, count=1)[0]
