@@ -55,7 +55,7 @@ def climbed(ladder: Ladder) -> Ladder:
             break
         front = refined(stage, with_one(stage, one, found), loss)
         before, one = ladder.best, front.rows(np.array([0]))
-        ladder = noted(stage, front, "add", ladder)
+        ladder = noted(stage, front, ladder)
         if one.chi2[0] < stage.problem.rows:
             level *= NARROWED
             stage = view.through(level, STAGE[1])
@@ -78,7 +78,7 @@ def refined(stage: Stage, starts: Descents, loss: float) -> Descents:
     return distinct(stage.descended(kept, FIRST_DAMPING, THOROUGH, loss), FRONT, apart)
 
 
-def noted(stage: Stage, front: Descents, action: str, ladder: Ladder) -> Ladder:
+def noted(stage: Stage, front: Descents, ladder: Ladder) -> Ladder:
     """Judge hypotheses by the observations' own errors, until one explains; keep the best.
 
     Only where the wider errors are met already is it worth refining with the own ones.
@@ -91,16 +91,12 @@ def noted(stage: Stage, front: Descents, action: str, ladder: Ladder) -> Ladder:
             fits.append(fit_of(tight, lights_of(one), criterion.likelihood.scale))
         if criterion.is_explained(tight, fits[-1]):
             break
-    return ladder.with_(action, criterion.best(fits))
+    return ladder.with_("add", criterion.best(fits))
 
 
 def resumed(ladder: Ladder, lights: PointLights) -> Ladder:
     """Go on from lights: where they explain what is seen, they are not questioned further."""
     view = ladder.view
     fit = sharpened(view.tight, start_at(lights), view.criterion)
-    if view.criterion.is_explained(view.tight, fit):
-        return ladder.with_("start", fit)
-    stage = view.through(*STAGE)
-    return noted(
-        stage, refined(stage, start_at(lights), stage.criterion.likelihood.scale), "start", ladder
-    )
+    ladder = ladder.with_("start", fit)
+    return ladder if view.criterion.is_explained(view.tight, ladder.best) else climbed(ladder)

@@ -147,8 +147,6 @@ def searched(
     view = ground.view(whole, o, criterion, watch, enough=enough, rough=rough)
     ladder = Ladder.on(view)
     ladder = resumed(ladder, start) if start else climbed(ladder)
-    if start and not criterion.is_explained(view.tight, ladder.best):
-        ladder = climbed(ladder)
     if exact and len(ladder.best):
         ladder, whole = emptied(ladder, whole)
     if o.noise == "given" and not criterion.is_clean(view.tight, ladder.best):

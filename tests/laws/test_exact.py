@@ -38,7 +38,7 @@ def answered(room, radiance, kept: list[int]):
     view = ground.view(ground.whole, o, Criterion.of(o))
     lights = PointLights(room.lights.positions[kept], room.lights.intensities[kept])
     fit = sharpened(view.tight, start_at(lights), view.criterion)
-    return Ladder.on(view).with_("open", fit), ground.whole
+    return Ladder.on(view).with_("start", fit), ground.whole
 
 
 def test_lights_that_are_missing_are_exchanged_for(room):
@@ -61,7 +61,7 @@ def test_a_light_too_many_is_dropped(room):
         np.append(ladder.best.lights.intensities, [[1e-9]], axis=0),
     )
     fit = sharpened(ladder.view.tight, start_at(ghost), ladder.view.criterion)
-    there, _ = emptied(Ladder.on(ladder.view).with_("open", fit), whole)
+    there, _ = emptied(Ladder.on(ladder.view).with_("start", fit), whole)
     assert len(there.best) == LIGHTS
 
 

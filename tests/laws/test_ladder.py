@@ -99,5 +99,5 @@ def test_a_rung_keeps_the_better_fit(view):
 
 def test_darkness_is_a_rung_like_any_other(view):
     """A fit of no light has length 0, which Python takes for false: it stands there once."""
-    dark = Ladder.on(view).with_("open", view.darkness)
+    dark = Ladder.on(view).with_("start", view.darkness)
     assert [len(fit) for fit in dark.fits] == [0]
