@@ -54,9 +54,8 @@ STIFF = 0.1
 def emptied(ladder: Ladder, whole: Problem) -> tuple[Ladder, Problem]:
     """The same with lights that leave nothing, and with errors that say so, if any are found."""
     view = ladder.view
-    if level_of(ladder.best.residual) > HOPELESS:
-        return ladder, whole
-    for fit in sorted(ladder.fits[1:], key=lambda fit: fit.cost)[:STARTS]:
+    starts = [fit for fit in ladder.fits[1:] if level_of(fit.residual) < HOPELESS]
+    for fit in sorted(starts, key=lambda fit: fit.cost)[:STARTS]:
         one = exchanged(view, start_at(fit.lights))
         if is_nothing(view, one):
             break
