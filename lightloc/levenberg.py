@@ -63,11 +63,6 @@ class Descents:
             self.positions[some], self.intensities[some], self.chi2[some], self.strayed[some]
         )
 
-    def with_(self, more: Descents) -> Descents:
-        """These and more."""
-        names = ("positions", "intensities", "chi2", "strayed")
-        return Descents(*(np.concatenate([getattr(self, n), getattr(more, n)]) for n in names))
-
     def each(self) -> Iterator[Descents]:
         """One at a time."""
         for i in range(len(self)):

@@ -43,7 +43,9 @@ FRONT, NEAR_MISS = 3, 20.0
 """Hypotheses with a light less that are refined further; least gains that they may be behind."""
 
 
-def polished(problem: Problem, starts: Descents, loss: float, steps: int) -> Descents:
+def polished(
+    problem: Problem, starts: Descents, loss: float, steps: int, fall: float | None = None
+) -> Descents:
     """Refine all starts at once, each nearly there: intensities are unknowns themselves."""
     return descend(
         problem,
@@ -51,7 +53,7 @@ def polished(problem: Problem, starts: Descents, loss: float, steps: int) -> Des
         starts.intensities,
         steps=steps,
         loss=loss,
-        fall=SETTLED[problem.surfels.double],
+        fall=fall or SETTLED[problem.surfels.double],
         unknown=Unknown.POSITIVE,
         damping=AT_HAND,
     )
@@ -83,16 +85,7 @@ def sharpened(
             deep = False
             break
     if deep and (loss < WORTH_DEPTH * least or np.isinf(loss)):
-        start = descend(
-            problem,
-            start.positions,
-            start.intensities,
-            steps=DEEP,
-            loss=least,
-            fall=SETTLED_DEEP,
-            unknown=Unknown.POSITIVE,
-            damping=AT_HAND,
-        )
+        start = polished(problem, start, least, DEEP, SETTLED_DEEP)
     return fit_of(problem, lights_of(start), least)
 
 
