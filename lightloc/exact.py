@@ -17,7 +17,7 @@ from lightloc.births import places
 from lightloc.candidates import Dictionary
 from lightloc.ladder import Ladder
 from lightloc.levenberg import FIRST_DAMPING, NEARBY, Descents, descend
-from lightloc.moves import lights_of, start_at
+from lightloc.moves import HOPELESS, are_needed, lights_of, start_at
 from lightloc.noise import level_of
 from lightloc.polish import SETTLED_DEEP, spread_of
 from lightloc.solve import Problem, fit_of, residuals, robust
@@ -25,9 +25,6 @@ from lightloc.view import Stage, View
 
 NOTHING = 1e-5
 """Of the assumed errors, that half of the residuals lie below; right lights come to 1e-7."""
-
-HOPELESS = 100.0
-"""The same, above which no exchange is begun: 1e-4 of B is a measured error, or a model's."""
 
 PLACES, TRIED = 4, 4
 """Places for a further light, and lights to be dropped, that are refined to their end."""
@@ -61,15 +58,16 @@ def emptied(ladder: Ladder, whole: Problem) -> tuple[Ladder, Problem]:
             break
     else:
         return ladder, whole
-    while one.positions.shape[1] > 1:
-        fewer = without_any(view, one, view.criterion.likelihood.scale)
+    loss = view.criterion.likelihood.scale
+    while one.positions.shape[1] > 1 and not are_needed(view.tight, one, loss):
+        fewer = without_any(view, one, loss)
         if not is_nothing(view, fewer):
             break
         one = fewer
     if one.positions.shape[1] > view.most_lights:
         return ladder, whole
     view = replace(view, tight=surer(view.tight))
-    fit = fit_of(view.tight, lights_of(one), view.criterion.likelihood.scale)
+    fit = fit_of(view.tight, lights_of(one), loss)
     return replace(Ladder.on(view), history=ladder.history).with_("empty", fit), surer(whole)
 
 

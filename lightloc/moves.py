@@ -15,6 +15,10 @@ MERGE = 0.2
 TRIED = 2
 """Lights that are dropped, and pairs that are joined, before the best of these is taken."""
 
+HOPELESS = 100.0
+"""Standard errors a residual: what is so far off is no start for a descent to the end. In exact
+data that is 1e-4 of B, which is a measured error, or a model's."""
+
 RIDGE = 1e-9
 """Of the normal equations' diagonal, so that lights at one place can be inverted."""
 
@@ -37,6 +41,11 @@ def without_one(problem: Problem, one: Descents, loss: float) -> Descents:
             starts.append((np.delete(q, j, axis=0), np.delete(K, j, axis=0)))
     positions, intensities = zip(*starts, strict=True)
     return Descents.of(np.stack(positions), np.stack(intensities))
+
+
+def are_needed(problem: Problem, one: Descents, loss: float) -> bool:
+    """Whether each light's absence would, to first order, leave far more than others can take."""
+    return bool(worths(problem, one, loss).min() > HOPELESS**2 * problem.rows)
 
 
 def worths(problem: Problem, one: Descents, loss: float) -> NDArray[np.float64]:

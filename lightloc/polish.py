@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from lightloc.batched import Unknown
 from lightloc.criterion import Criterion
 from lightloc.levenberg import Descents, descend
-from lightloc.moves import lights_of, start_at, without_one
+from lightloc.moves import are_needed, lights_of, start_at, without_one
 from lightloc.solve import Fit, Problem, fit_of, residuals
 
 QUICK = 12
@@ -96,9 +96,11 @@ def pruned(problem: Problem, fit: Fit, criterion: Criterion) -> Fit:
     """
     while len(fit) > 1:
         level = criterion.level([fit])
+        loss, now = criterion.likelihood.scale * level, start_at(fit.lights)
+        if are_needed(problem, now, loss):
+            break
         near = criterion.likelihood.cost(fit.residual, level) + NEAR_MISS * criterion.price(problem)
-        start = without_one(problem, start_at(fit.lights), criterion.likelihood.scale * level)
-        tried = polished(problem, start, criterion.likelihood.scale * level, QUICK)
+        tried = polished(problem, without_one(problem, now, loss), loss, QUICK)
         best = np.argsort(tried.chi2, kind="stable")[:FRONT]
         some = tried.rows(best[tried.chi2[best] < near * level**2])
         if not len(some):
