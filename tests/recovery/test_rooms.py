@@ -147,7 +147,7 @@ def test_noise_alone_is_no_light():
     found = localize(q.with_radiance(noise, sigma))
     assert found.reason is Reason.DARK
     assert len(found.lights) == 0
-    assert len(found.history) <= PATIENCE + 1  # and no long search for any
+    assert len(found.history) <= PATIENCE[0] + 1  # and no long search for any
 
 
 def test_few_observations(load):
