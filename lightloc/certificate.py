@@ -33,11 +33,10 @@ def certificate(
 
     Returns standard errors (over several channels, the root of the sum of squares), and p.
     """
-    seen, left = (beside(one, lights, likelihood) for one in (sampled, problem))
-    tops = dictionary.tops(sampled, seen, PEAKS)
+    tops = dictionary.tops(sampled, beside(sampled, lights, likelihood), PEAKS)
     if not len(tops):
         return 0.0, dictionary.points[0]
-    gains = gains_at(problem, tops, left)
+    gains = gains_at(problem, tops, beside(problem, lights, likelihood))
     best = int(np.argmax(gains))
     return float(np.sqrt(gains[best])), tops[best]
 

@@ -63,9 +63,9 @@ def climbed(ladder: Ladder) -> Ladder:
     return ladder if view.criterion.is_clean(view.tight, ladder.best) else ladder.judged(VAIN)
 
 
-def with_one(stage: Stage, one: Descents, places: np.ndarray) -> Descents:
+def with_one(stage: Stage, one: Descents, found: np.ndarray) -> Descents:
     """One hypothesis with a light at each of the places, one a row; intensities solved linearly."""
-    positions = np.stack([np.concatenate([one.positions[0], p[None]]) for p in places])
+    positions = np.stack([np.concatenate([one.positions[0], p[None]]) for p in found])
     lit = np.stack([intensities(stage.problem, p) for p in positions])
     return Descents.of(positions, lit)
 

@@ -73,7 +73,8 @@ def adapted(view: View, fits: tuple[Fit, ...], stalled: int) -> int | None:
 
     What is left is no noise, yet small beside B, and some of the last lights, ``stalled`` or more,
     have not lowered it as `STALLED` would that quarter it: lights that are there explain more.
-    What two lights leave must fall twice as far as what one does. None where it is not so.
+    The last that counts leaves `LITTLE` of what one fewer did, and the square of that of what two
+    fewer did: a light may look good beside a poor fit of one fewer. None where it is not so.
     """
     last, tight = fits[-1], view.tight
     before = [fit for fit in fits[1:] if len(fit) <= len(last) - stalled]

@@ -96,27 +96,30 @@ def test_a_place_is_precise_where_the_grid_is_coarse(shelf, monkeypatch):
     assert nearest() > 0.01
 
 
-def test_two_lights_have_a_place_each():
-    """Two lights far apart: both are among the places, though each pulls at the other's."""
+@pytest.fixture
+def pair() -> tuple[Problem, PointLights]:
+    """Two lights far apart in a square room."""
     q = rooms(2, count=1)[0].observe()
     lights = PointLights([[0.25, 0.25, 0], [0.75, 0.7, 0]], [2.0, 2.0])
-    q = q.with_radiance(radiance(q, lights), 0.0)
-    sigma = ERROR * (q.radiance + 0.4 * q.radiance.mean())
-    problem = Problem.of(q, sigma, None, q.bounds)
-    dictionary = Dictionary.over(problem, Grid.over(q.bounds, 400))
-    found = places(staged(problem, dictionary), NONE, q.radiance / sigma, np.inf, 4)
+    B = radiance(q, lights)
+    sigma = ERROR * (B + 0.4 * B.mean())
+    return Problem.of(q.with_radiance(B, 0.0), sigma, None, q.bounds), lights
+
+
+def test_two_lights_have_a_place_each(pair):
+    """Both are among the places, though each pulls at the other's."""
+    problem, lights = pair
+    dictionary = Dictionary.over(problem, Grid.over(problem.bounds, 400))
+    z = problem.radiance / problem.sigma
+    found = places(staged(problem, dictionary), NONE, z, np.inf, 4)
     apart = np.linalg.norm(lights.positions[:, None] - found, axis=2)
     assert (apart.min(axis=1) < 0.15).all()
     assert len(set(apart.argmin(axis=1))) == 2
 
 
-def test_lights_that_are_there_are_no_place_again():
+def test_lights_that_are_there_are_no_place_again(pair):
     """What the lights' own derivatives can take up gains nothing: a light a little off is moved."""
-    q = rooms(2, count=1)[0].observe()
-    lights = PointLights([[0.25, 0.25, 0], [0.75, 0.7, 0]], [2.0, 2.0])
-    q = q.with_radiance(radiance(q, lights), 0.0)
-    sigma = ERROR * (q.radiance + 0.4 * q.radiance.mean())
-    problem = Problem.of(q, sigma, None, q.bounds)
+    problem, lights = pair
     off = PointLights([[0.26, 0.25, 0]], [2.1])
     z = residuals(problem, off)
     here = np.stack([off.positions[0], lights.positions[1]])

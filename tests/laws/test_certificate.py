@@ -9,8 +9,10 @@ from lightloc import Conductor, Lambert, Observations, Options, PointLights, loc
 from lightloc.ambient import reflected_ambient
 from lightloc.candidates import Dictionary
 from lightloc.certificate import certificate
-from lightloc.criterion import Likelihood
+from lightloc.criterion import Criterion, Likelihood
 from lightloc.grid import Grid
+from lightloc.ground import Ground
+from lightloc.ladder import Ladder
 from lightloc.solve import Problem
 from lightloc.surfels import surfels
 from validation.table1.rooms import rooms
@@ -70,6 +72,20 @@ def test_one_light_too_few_is_seen_by_the_answer(room):
     q = room.observe(400, noise=0.02)
     assert localize(q).certificate < 5
     assert localize(q, options=Options(most_lights=2)).certificate > 30
+
+
+@pytest.mark.parametrize("count", [0, 1])
+def test_darkness_is_enough_unless_a_light_would_gain(room, count):
+    """A light that chi-square does not show (40 of 400, two deviations being 57) is looked for."""
+    q = room.observe(400)
+    one = PointLights(room.lights.positions[:1], room.lights.intensities[:1])
+    sigma = np.full_like(q.radiance, float(np.linalg.norm(radiance(q, one)) / np.sqrt(40)))
+    noise = sigma * np.random.default_rng(2).normal(size=sigma.shape)
+    dim = q.with_radiance(count * radiance(q, one) + noise, sigma)
+    ground = Ground.of(dim, None, dim.bounds, Options(), 0)
+    view = ground.view(ground.whole, Options(), Criterion.of(Options()))
+    assert view.criterion.is_likely(view.tight, view.darkness)
+    assert Ladder.on(view).enough is (count == 0)
 
 
 def test_ambient_reflection(rng):

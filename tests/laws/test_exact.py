@@ -11,7 +11,8 @@ from lightloc.criterion import Criterion
 from lightloc.exact import NOTHING, emptied
 from lightloc.ground import Ground
 from lightloc.ladder import Ladder
-from lightloc.moves import start_at
+from lightloc.moves import HOPELESS, start_at
+from lightloc.noise import level_of
 from lightloc.polish import sharpened
 from validation.table1.rooms import rooms
 
@@ -78,6 +79,17 @@ def test_what_can_not_come_to_nothing_is_left_alone(room, off):
     there, same = emptied(ladder, whole)
     assert there is ladder
     assert same is whole
+
+
+def test_exchanges_begin_where_little_is_left(room, monkeypatch):
+    """From eleven of twelve lights; from one of them, which leaves all the others', never."""
+    ladder, whole = answered(room, room.observe().radiance, list(range(1, LIGHTS)))
+    few, _ = answered(room, room.observe().radiance, [0])
+    assert level_of(few.best.residual) > HOPELESS > level_of(ladder.best.residual)
+    begun = []
+    monkeypatch.setattr(exact, "exchanged", lambda view, one: begun.append(one) or one)
+    assert emptied(ladder.with_("start", few.best), whole)[1] is whole
+    assert [one.positions.shape[1] for one in begun] == [LIGHTS - 1]
 
 
 def test_without_exchanges_the_missing_stay_so(room, monkeypatch):

@@ -336,7 +336,7 @@ def test_residuals_bend_as_their_second_difference_says():
 
 
 def test_a_bend_that_is_not_finite_leaves_the_straight_step(monkeypatch):
-    """Where a tenth of the step ahead is no number, the step is that of normal equations."""
+    """Where what lies a tenth of the step ahead is no number, the step does not bend."""
     model, place = exact_place()
     damping = np.full(3, 1e4)
     whole = np.full((3, place.g.shape[1], 1), np.nan)

@@ -10,7 +10,7 @@ import render
 from lightloc import Lambert, Observations, Options, PointLights, radiance, shading
 from lightloc.certainty import covariance, jacobian
 from lightloc.criterion import Criterion
-from lightloc.moves import start_at
+from lightloc.moves import are_needed, start_at
 from lightloc.polish import pruned, sharpened
 from lightloc.solve import Fit, Problem, intensities, no_lights, nonnegative, residuals
 
@@ -180,6 +180,15 @@ def test_prune_keeps_what_is_needed(room):
     problem = posed(room, LIGHTS)
     kept = pruned(problem, sharpened(problem, start_at(LIGHTS), CRITERION), CRITERION)
     assert len(kept) == 2
+
+
+def test_a_light_is_needed_unless_another_stands_there(room):
+    """At 1e-4 of B each of two lights would be missed; a half of one that is there twice not."""
+    problem = posed(room, LIGHTS, 1e-4)
+    twice = PointLights([*LIGHTS.positions, LIGHTS.positions[0]], [2.5, 2.0, 2.5])
+    assert are_needed(problem, start_at(LIGHTS), SCALE)
+    assert not are_needed(problem, start_at(twice), SCALE)
+    assert not are_needed(posed(room, LIGHTS, 0.1), start_at(LIGHTS), SCALE)
 
 
 def test_some_of_the_rows(load):
