@@ -51,6 +51,8 @@ STIFF = 0.1
 def emptied(ladder: Ladder, whole: Problem) -> tuple[Ladder, Problem]:
     """The same with lights that leave nothing, and with errors that say so, if any are found."""
     view = ladder.view
+    if level_of(ladder.best.residual) > HOPELESS:  # further lights only feed an error of the model
+        return ladder, whole
     starts = [fit for fit in ladder.fits[1:] if level_of(fit.residual) < HOPELESS]
     for fit in sorted(starts, key=lambda fit: fit.cost)[:STARTS]:
         one = exchanged(view, start_at(fit.lights))

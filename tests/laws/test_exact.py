@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -90,6 +92,9 @@ def test_exchanges_begin_where_little_is_left(room, monkeypatch):
     monkeypatch.setattr(exact, "exchanged", lambda view, one: begun.append(one) or one)
     assert emptied(ladder.with_("start", few.best), whole)[1] is whole
     assert [one.positions.shape[1] for one in begun] == [LIGHTS - 1]
+    fed = replace(ladder.with_("start", few.best), best=few.best)  # eleven feed an error
+    assert emptied(fed, whole)[0] is fed
+    assert len(begun) == 1
 
 
 def test_without_exchanges_the_missing_stay_so(room, monkeypatch):
