@@ -16,11 +16,9 @@ from scipy.linalg import cholesky, eigh, solve_triangular
 
 from lightloc.batched import Indirect, Unknown
 from lightloc.certainty import Bound, jacobian
-from lightloc.levenberg import descend
+from lightloc.levenberg import AT_HAND, SETTLED, Descents, descend
 from lightloc.lights import PointLights
-from lightloc.moves import lights_of, start_at
 from lightloc.observations import Observations
-from lightloc.polish import AT_HAND, SETTLED
 from lightloc.shading import shading
 from lightloc.solve import Problem, nonnegative, robust
 
@@ -148,7 +146,7 @@ def together(
     for _ in range(REFITS):
         split = replace(split, straight=straight(problem, lights))
         _, noise = normal(split, lights, problem)
-        one, sigma = start_at(lights), split.sigma(lights.intensities)
+        one, sigma = Descents.at(lights), split.sigma(lights.intensities)
         there = descend(
             replace(problem, radiance=split.q.radiance, sigma=sigma),
             one.positions,
@@ -160,7 +158,7 @@ def together(
             fall=SETTLED[0],
             indirect=Indirect(split.around, noise),
         )
-        lights = lights_of(there)
+        lights = there.lights
     split = replace(split, straight=straight(problem, lights))
     return lights, split, spread(split, lights, problem)
 

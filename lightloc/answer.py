@@ -1,4 +1,4 @@
-"""The answer: how sure the lights are, what cannot be told, and why the search stopped."""
+"""The answer that both methods give, and the verdicts that follow from its errors."""
 
 from __future__ import annotations
 
@@ -8,12 +8,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lightloc.certainty import Bound, bound_at, inseparable, resolution
-from lightloc.extended import Extended, extended
+from lightloc.certainty import Bound, inseparable
 from lightloc.fields import intensity_distance
-from lightloc.ladder import Ladder
 from lightloc.lights import PointLights
-from lightloc.noise import level_of
 from lightloc.observations import Observations
 from lightloc.options import Options
 from lightloc.result import Localization, Reason, Step
@@ -23,60 +20,11 @@ from lightloc.verdicts import (
     Kind,
     Verdict,
     clusters,
-    hidden,
-    mirrored,
-    spread_out,
-    too_few,
     uncertain,
-    unexplained,
 )
 
 MARGIN = 3.0
 """Standard errors on top of B before D bounds an intensity: one in a thousand B is lower still."""
-
-
-def answer(q: Observations, problem: Problem, fit: Fit, o: Options, ladder: Ladder) -> Localization:
-    """How sure the lights are, what cannot be told, and why the search stopped."""
-    view, count = ladder.view, len(fit)
-    criterion = view.criterion
-    wide = None if view.rough else extended(problem, fit, criterion, o.cluster)
-    left = Fit(wide.points, wide.fit.residual, wide.fit.cost) if wide else fit
-    peak = np.nan if view.rough else view.certificate(problem, left)[0]
-    if wide is None:
-        fit = Fit(fit.lights.brightest_first(), fit.residual, fit.cost)
-        width = np.zeros(len(fit))
-        wide = Extended(fit, width, bound_at(problem, fit.lights), fit.lights)
-    fit, lights = wide.fit, wide.fit.lights
-    level = max(1.0, level_of(fit.residual)) if len(lights) else 1.0
-    verdicts = [
-        *too_few(problem, lights),
-        *mirrored(problem, lights, level, criterion, o),
-        *hidden(view.dictionary, problem.geometry, problem.axes),
-        *spread_out(wide.width),
-    ]
-    if not len(lights):
-        few = any(verdict.kind is Kind.TOO_FEW for verdict in verdicts)
-        reason = Reason.UNDECIDED if few else Reason.DARK
-    elif not criterion.is_explained(problem, fit):
-        reason = Reason.MOST_LIGHTS if count >= o.most_lights else Reason.NO_GAIN
-        verdicts.insert(0, unexplained(fit, problem))
-    else:
-        reason = Reason.EXTENDED if wide.width.any() else Reason.CONVERGED
-    found = localization(
-        q,
-        problem,
-        fit,
-        o,
-        reason,
-        ladder.history,
-        bound=wide.bound,
-        points=wide.points,
-        resolution=np.where(wide.width > 0, np.nan, resolution(problem, lights)),
-        width=wide.width,
-        certificate=peak,
-        verdicts=tuple(verdicts),
-    )
-    return judged(found, problem, o)
 
 
 def judged(found: Localization, problem: Problem, o: Options) -> Localization:

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from lightloc.candidates import Left, atoms_at
 from lightloc.levenberg import Descents, descend
-from lightloc.moves import lights_of
 from lightloc.solve import Problem
 from lightloc.view import Stage
 
@@ -40,7 +39,7 @@ def places(
         loss: standard errors beyond which residuals count less and less in the gain.
     """
     problem = stage.problem
-    left = Left.beside(problem, lights_of(one), z, 1 / (1 + np.square(z / loss)))
+    left = Left.beside(problem, one.lights, z, 1 / (1 + np.square(z / loss)))
     tops = stage.dictionary.tops(problem, left, most)
     if problem.geometry is None or not len(tops):
         return tops

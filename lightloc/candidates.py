@@ -38,6 +38,11 @@ class Dictionary:
         ratio = (problem.sigma / other.sigma).T[:, None].astype(np.float32)
         return Dictionary(self.grid, self.points, self.atoms * ratio)
 
+    @property
+    def unseen(self) -> NDArray[np.bool_]:
+        """(g,) whether a light there would reach no observation."""
+        return np.asarray((self.atoms <= 0).all(axis=(0, 2)))
+
     @cached_property
     def energies(self) -> NDArray:
         return np.square(self.atoms)

@@ -13,7 +13,7 @@ from lightloc.births import places
 from lightloc.ladder import Ladder
 from lightloc.levenberg import FIRST_DAMPING, Descents
 from lightloc.lights import PointLights
-from lightloc.moves import distinct, lights_of, start_at
+from lightloc.moves import distinct
 from lightloc.polish import sharpened, spread_of
 from lightloc.solve import fit_of, intensities
 from lightloc.view import Stage
@@ -45,7 +45,7 @@ def climbed(ladder: Ladder) -> Ladder:
     """Add lights to the best, one by one, while there is a gain."""
     view = ladder.view
     level, stage = STAGE[0], view.through(*STAGE)
-    one, idle = start_at(ladder.best.lights), 0
+    one, idle = Descents.at(ladder.best.lights), 0
     patience = PATIENCE[view.tight.surfels.double]
     while one.positions.shape[1] < view.most_lights and idle < patience and not ladder.ended:
         z = stage.residuals(one)
@@ -88,7 +88,7 @@ def noted(stage: Stage, front: Descents, ladder: Ladder) -> Ladder:
         if one.chi2[0] < NEAR * stage.problem.rows:
             fits.append(sharpened(tight, one, criterion, deep=False, patient=False))
         else:
-            fits.append(fit_of(tight, lights_of(one), criterion.likelihood.scale))
+            fits.append(fit_of(tight, one.lights, criterion.likelihood.scale))
         if criterion.is_explained(tight, fits[-1]):
             break
     return ladder.with_("add", criterion.best(fits))
@@ -97,6 +97,6 @@ def noted(stage: Stage, front: Descents, ladder: Ladder) -> Ladder:
 def resumed(ladder: Ladder, lights: PointLights) -> Ladder:
     """Go on from lights: where they explain what is seen, they are not questioned further."""
     view = ladder.view
-    fit = sharpened(view.tight, start_at(lights), view.criterion)
+    fit = sharpened(view.tight, Descents.at(lights), view.criterion)
     ladder = ladder.with_("start", fit)
     return ladder if view.criterion.is_explained(view.tight, ladder.best) else climbed(ladder)

@@ -17,7 +17,7 @@ from lightloc.births import places
 from lightloc.candidates import Dictionary
 from lightloc.ladder import Ladder
 from lightloc.levenberg import FIRST_DAMPING, NEARBY, Descents, descend
-from lightloc.moves import HOPELESS, are_needed, lights_of, start_at
+from lightloc.moves import HOPELESS, are_needed
 from lightloc.noise import level_of
 from lightloc.polish import SETTLED_DEEP, spread_of
 from lightloc.solve import Problem, fit_of, residuals, robust
@@ -55,7 +55,7 @@ def emptied(ladder: Ladder, whole: Problem) -> tuple[Ladder, Problem]:
         return ladder, whole
     starts = [fit for fit in ladder.fits[1:] if level_of(fit.residual) < HOPELESS]
     for fit in sorted(starts, key=lambda fit: fit.cost)[:STARTS]:
-        one = exchanged(view, start_at(fit.lights))
+        one = exchanged(view, Descents.at(fit.lights))
         if is_nothing(view, one):
             break
     else:
@@ -69,7 +69,7 @@ def emptied(ladder: Ladder, whole: Problem) -> tuple[Ladder, Problem]:
     if one.positions.shape[1] > view.most_lights:
         return ladder, whole
     view = replace(view, tight=surer(view.tight))
-    fit = fit_of(view.tight, lights_of(one), loss)
+    fit = fit_of(view.tight, one.lights, loss)
     return replace(Ladder.on(view), history=ladder.history).with_("empty", fit), surer(whole)
 
 
@@ -86,7 +86,7 @@ def exchanged(view: View, one: Descents) -> Descents:
         return one
     stage = Stage(problem, Dictionary.over(problem, view.dictionary.grid), 0.0, view.criterion)
     while not is_nothing(view, one):
-        z = residuals(problem, lights_of(one))
+        z = residuals(problem, one.lights)
         loss = spread_of(z, least)
         found = places(stage, one, z, loss, PLACES)
         if not len(found):
@@ -147,4 +147,4 @@ def refined(
 
 def is_nothing(view: View, one: Descents) -> bool:
     """Whether the arithmetic's own error is all that is left."""
-    return level_of(residuals(view.tight, lights_of(one))) < NOTHING
+    return level_of(residuals(view.tight, one.lights)) < NOTHING

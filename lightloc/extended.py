@@ -20,10 +20,10 @@ from scipy.sparse.csgraph import connected_components
 from lightloc.batched import Tie, Unknown
 from lightloc.certainty import Bound, covariance_of, jacobian
 from lightloc.criterion import Criterion, Likelihood
-from lightloc.levenberg import Descents, descend
+from lightloc.levenberg import AT_HAND, Descents, descend
 from lightloc.lights import PointLights
-from lightloc.moves import MERGE, lights_of
-from lightloc.polish import AT_HAND, THOROUGH
+from lightloc.moves import MERGE
+from lightloc.polish import THOROUGH
 from lightloc.solve import Fit, Problem, residuals
 
 ROUND = 0.1
@@ -191,7 +191,7 @@ def joined(
         loss=likelihood.scale,
         tie=Tie(unknowns.linear, unknowns.lights),
     )
-    x, points = unknowns.x_of(there), lights_of(there)
+    x, points = unknowns.x_of(there), there.lights
     z = residuals(problem, points)
     J = jacobian(problem, points) @ unknowns.linear
     spread = covariance_of(J.reshape(problem.rows, -1))[: unknowns.of_points, : unknowns.of_points]

@@ -21,15 +21,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lightloc.batched import Indirect, Model, Place, Tie, Unknown
+from lightloc.lights import PointLights
 from lightloc.solve import Problem
 
 FIRST_DAMPING = 1.0  # of the normal equations' diagonal (Marquardt's scaling)
 NEARBY = 1e-2  # a first damping for starts that are nearly there
+AT_HAND = 1e-3  # the same for starts that need a polish: intensities are then unknowns themselves
 MOST_DAMPING = 1e12  # beyond it no step goes down any more
 EASED = 1 / 3  # damping after a step that fulfils its promise (Nielsen's rule)
 SMALLEST_FALL = 1e-12  # relative fall of chi-square below which a start has converged
 EXACT = (1e-14, 1e-26)  # chi-square in units of the sum of B^2 / sigma^2: the reals' own error
 FLAT = 1e-12  # least diagonal of the normal equations, of the largest: a light that nothing sees
+SETTLED = (1e-5, 1e-6)  # relative fall of chi-square at which a polish ends; the same in 64 bits
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +56,16 @@ class Descents:
         """Starts that have not moved yet."""
         m = len(positions)
         return Descents(positions, intensities, np.full(m, np.inf), np.zeros(m, bool))
+
+    @staticmethod
+    def at(lights: PointLights) -> Descents:
+        """One start, at lights."""
+        return Descents.of(lights.positions[None], lights.intensities[None])
+
+    @property
+    def lights(self) -> PointLights:
+        """The first hypothesis as lights."""
+        return PointLights(self.positions[0], np.maximum(self.intensities[0], 0))
 
     def __len__(self) -> int:
         return len(self.positions)

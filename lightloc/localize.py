@@ -8,10 +8,10 @@ from typing import Literal
 
 from numpy.typing import ArrayLike
 
-from lightloc.answer import answer
 from lightloc.backend import one_blas_thread
 from lightloc.checks import array
 from lightloc.climb import climbed, resumed
+from lightloc.conclude import concluded
 from lightloc.criterion import Criterion
 from lightloc.exact import emptied
 from lightloc.geometry import Geometry
@@ -27,6 +27,7 @@ from lightloc.published import published
 from lightloc.result import Localization, Step
 from lightloc.rounds import Indirect, rounds
 from lightloc.settle import settled
+from lightloc.solve import Fit, Problem
 from lightloc.surface import Surface
 
 
@@ -118,7 +119,10 @@ def without_indirect(
         # a guess of darkness is no answer
         return found if len(found.lights) else searched(rest, ground, o, removed, watch)
 
-    return rounds(whole, direct, ground, indirect, search, o, watch)
+    def certificate(problem: Problem, fit: Fit) -> float:
+        return ground.view(problem, o, Criterion.of(o)).certificate(problem, fit)[0]
+
+    return rounds(whole, direct, ground.whole, indirect, search, certificate, o, watch)
 
 
 METHODS: dict[str, type[Options] | type[Paper]] = {"search": Options, "paper": Paper}
@@ -154,4 +158,4 @@ def searched(
         ladder = replace(ladder, view=replace(view, criterion=criterion.doubting()))
     best, whole = settled(whole, ladder)
     last = Step("polish on all observations", len(best), best.cost / whole.rows)
-    return answer(q, whole, best, o, replace(ladder, history=(*ladder.history, last)))
+    return concluded(q, whole, best, o, replace(ladder, history=(*ladder.history, last)))

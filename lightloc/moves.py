@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lightloc.levenberg import Descents, normal_equations
-from lightloc.lights import PointLights
 from lightloc.solve import Problem
 
 MERGE = 0.2
@@ -60,16 +59,6 @@ def worths(problem: Problem, one: Descents, loss: float) -> NDArray[np.float64]:
         own = first + i * c + np.arange(c)
         cost[i] = size[own] @ np.linalg.inv(spread[np.ix_(own, own)]) @ size[own]
     return cost
-
-
-def lights_of(one: Descents) -> PointLights:
-    """The first hypothesis as lights."""
-    return PointLights(one.positions[0], np.maximum(one.intensities[0], 0))
-
-
-def start_at(lights: PointLights) -> Descents:
-    """Lights as a hypothesis."""
-    return Descents.of(lights.positions[None], lights.intensities[None])
 
 
 def distinct(tried: Descents, most: int, apart: float) -> Descents:

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from lightloc.batched import Unknown
 from lightloc.criterion import Criterion
-from lightloc.levenberg import Descents, descend
-from lightloc.moves import are_needed, lights_of, start_at, without_one
+from lightloc.levenberg import AT_HAND, SETTLED, Descents, descend
+from lightloc.moves import are_needed, without_one
 from lightloc.solve import Fit, Problem, fit_of, residuals
 
 QUICK = 12
@@ -17,17 +17,11 @@ QUICK = 12
 THOROUGH = (30, 60)
 """Evaluations to polish a hypothesis; the same in 64 bits, where 15 lights need it (measured)."""
 
-SETTLED = (1e-5, 1e-6)
-"""Relative fall of chi-square at which a polish ends; the same in 64 bits."""
-
 DEEP, SETTLED_DEEP = 400, 1e-9
 """The same for the last polish: an exact answer's valleys are narrow."""
 
 WORTH_DEPTH = 100.0
 """Losses so many times as wide as the narrowest are too far off for the last, deep descent."""
-
-AT_HAND = 1e-3
-"""First damping where the start is near: intensities are then unknowns themselves."""
 
 SHARPENINGS = 6
 """Times that the loss is narrowed, each time at least by half."""
@@ -74,19 +68,19 @@ def sharpened(
     """
     least, loss = criterion.likelihood.scale, np.inf
     steps = THOROUGH[problem.surfels.double]
-    wide = spread_of(residuals(problem, lights_of(start)), least)
+    wide = spread_of(residuals(problem, start.lights), least)
     for _ in range(SHARPENINGS):
         loss = max(least, min(loss / 2, wide))
         start = polished(problem, start, loss, steps)
         if loss <= least or np.isinf(loss):
             break
-        wide = spread_of(residuals(problem, lights_of(start)), least)
+        wide = spread_of(residuals(problem, start.lights), least)
         if not patient and wide > max(HOPELESS * least, loss / 2):
             deep = False
             break
     if deep and (loss < WORTH_DEPTH * least or np.isinf(loss)):
         start = polished(problem, start, least, DEEP, SETTLED_DEEP)
-    return fit_of(problem, lights_of(start), least)
+    return fit_of(problem, start.lights, least)
 
 
 def pruned(problem: Problem, fit: Fit, criterion: Criterion) -> Fit:
@@ -96,7 +90,7 @@ def pruned(problem: Problem, fit: Fit, criterion: Criterion) -> Fit:
     """
     while len(fit) > 1:
         level = criterion.level([fit])
-        loss, now = criterion.likelihood.scale * level, start_at(fit.lights)
+        loss, now = criterion.likelihood.scale * level, Descents.at(fit.lights)
         if are_needed(problem, now, loss):
             break
         near = criterion.likelihood.cost(fit.residual, level) + NEAR_MISS * criterion.price(problem)

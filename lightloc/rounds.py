@@ -21,7 +21,6 @@ from lightloc.answer import MARGIN, judged
 from lightloc.certainty import inseparable, resolution
 from lightloc.criterion import Criterion
 from lightloc.fields import intensity_distance
-from lightloc.ground import Ground
 from lightloc.lights import PointLights
 from lightloc.noise import level_of, working_sigma
 from lightloc.observations import Observations
@@ -36,6 +35,9 @@ Indirect = Callable[[NDArray[np.float64]], tuple[NDArray[np.float64], NDArray[np
 Search = Callable[[Observations, PointLights | None], Localization]
 """Finds lights in direct light, going on from those that are given, if any."""
 
+Certificate = Callable[[Problem, Fit], float]
+"""The largest correlation of what a fit leaves with a further light, in standard errors."""
+
 MOST_ROUNDS = 8
 """Metal rooms with eight lights settle in three to five (measured)."""
 
@@ -49,9 +51,10 @@ NEAR = 3.0
 def rounds(
     q: Observations,
     first: Observations,
-    ground: Ground,
+    problem: Problem,
     indirect: Indirect,
     search: Search,
+    certificate: Certificate,
     o: Options,
     watch: Callable[[Step], None] = lambda step: None,
 ) -> Localization:
@@ -60,9 +63,10 @@ def rounds(
     Args:
         q: with all interreflected light in them.
         first: q without it as far as that is known before any light is: by footnote 1.
-        ground: of ``first``.
+        problem: posed by ``first``.
         indirect: H(q, p) of the room, as `render.interreflected` gives it.
         search: the search for lights in direct light.
+        certificate: of an answer in direct light.
         o: the search's options.
         watch: is told each round.
 
@@ -71,7 +75,7 @@ def rounds(
     """
 
     q = q.with_radiance(q.radiance, working_sigma(q, o), q.interreflected)
-    problem = replace(ground.whole, radiance=q.radiance, sigma=np.ones_like(q.sigma), ambient=None)
+    problem = replace(problem, radiance=q.radiance, sigma=np.ones_like(q.sigma), ambient=None)
     found, lights = search(first, None), PointLights(np.zeros((0, 3)), np.zeros((0, q.channels)))
     history, moved = list(found.history), np.inf
     for turn in range(MOST_ROUNDS):
@@ -88,7 +92,7 @@ def rounds(
             steps += found.history
         if len(found.lights) == len(lights):
             order = np.argsort(order_like(found.lights, lights))
-            found = whole(found, split.rows(order), problem, ground, o)
+            found = whole(found, split.rows(order), problem, certificate, o)
         moved = movement(found, lights)
         steps[0] = replace(steps[0], lights=len(found.lights), chi2=found.chi2)
         history += steps
@@ -131,7 +135,7 @@ def order_like(lights: PointLights, like: PointLights) -> NDArray[np.intp]:
 
 
 def whole(
-    found: Localization, split: Split, problem: Problem, ground: Ground, o: Options
+    found: Localization, split: Split, problem: Problem, certificate: Certificate, o: Options
 ) -> Localization:
     """The answer refined on all of B, with all that follows from it, brightest first.
 
@@ -167,7 +171,7 @@ def whole(
         outliers=int((np.abs(z) > o.outlier).sum()),
         inseparable=inseparable(lights, errors.position),
         resolution=resolution(posed, lights),
-        certificate=ground.view(posed, o, criterion).certificate(posed, fit)[0],
+        certificate=certificate(posed, fit),
         reason=reason,
         verdicts=tuple(verdicts),
     )

@@ -8,7 +8,6 @@ import numpy as np
 
 from lightloc.ladder import Ladder
 from lightloc.levenberg import Descents
-from lightloc.moves import start_at
 from lightloc.noise import law_of, level_of
 from lightloc.polish import pruned, sharpened
 from lightloc.solve import Fit, Problem, intensities, no_lights
@@ -29,26 +28,26 @@ def settled(whole: Problem, ladder: Ladder) -> tuple[Fit, Problem]:
         return no_lights(whole, criterion.likelihood.scale), whole
     law = law_of(whole.radiance, whole.sigma)
     if view.rough:
-        return sharpened(whole, start_at(fit.lights), criterion), whole
+        return sharpened(whole, Descents.at(fit.lights), criterion), whole
     if whole.rows > view.tight.rows:
         fit = pruned(view.tight, fit, criterion)
         explained = criterion.is_explained(view.tight, fit)
-        fit = sharpened(whole, start_at(fit.lights), criterion)
+        fit = sharpened(whole, Descents.at(fit.lights), criterion)
         if explained:  # else what is left is an error of the model, and no light
             fit = completed(whole, fit, ladder)
     else:
-        fit = pruned(whole, sharpened(whole, start_at(fit.lights), criterion), criterion)
+        fit = pruned(whole, sharpened(whole, Descents.at(fit.lights), criterion), criterion)
     if criterion.likelihood.known:
         for _ in range(REWEIGHTED):
             if law is None:
                 break
             model = whole.radiance - fit.residual * whole.sigma
             whole = replace(whole, sigma=law(model))
-            fit = sharpened(whole, start_at(fit.lights), criterion)
+            fit = sharpened(whole, Descents.at(fit.lights), criterion)
         return fit, whole
     level = level_of(fit.residual, len(fit) * (len(whole.axes) + fit.lights.channels))
     whole = replace(whole, sigma=whole.sigma * level)
-    return sharpened(whole, start_at(fit.lights), criterion), whole
+    return sharpened(whole, Descents.at(fit.lights), criterion), whole
 
 
 def completed(whole: Problem, fit: Fit, ladder: Ladder) -> Fit:

@@ -13,10 +13,10 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from lightloc.backend import types
-from lightloc.candidates import Dictionary
 from lightloc.certainty import Bound
 from lightloc.criterion import Criterion
 from lightloc.geometry import Geometry
+from lightloc.grid import Grid
 from lightloc.lights import PointLights
 from lightloc.options import Options
 from lightloc.solve import Fit, Problem, residuals
@@ -149,17 +149,21 @@ def mirrored(
     return verdicts
 
 
-def hidden(dictionary: Dictionary, geometry: Geometry | None, axes: NDArray) -> list[Verdict]:
+def hidden(
+    grid: Grid, dark: NDArray[np.bool_], geometry: Geometry | None, axes: NDArray[np.intp]
+) -> list[Verdict]:
     """Free space from which nothing observed is seen.
 
     A cell that reaches no observation is inside a solid or outside the room, unless a way through
     such cells leads from it to one that does: each step of the way is a ray test.
+
+    Args:
+        dark: (g,) whether a light in the cell would reach no observation.
     """
-    dark = np.asarray((dictionary.atoms <= 0).all(axis=(0, 2)))
     if geometry is None or not dark.any():
         return []
-    grid = dictionary.grid
-    index = np.arange(len(dictionary.points)).reshape(grid.shape)
+    points = grid.points
+    index = np.arange(len(points)).reshape(grid.shape)
     steps = []
     for axis in axes:
         a = np.take(index, range(grid.shape[axis] - 1), axis).ravel()
@@ -167,7 +171,6 @@ def hidden(dictionary: Dictionary, geometry: Geometry | None, axes: NDArray) -> 
         steps.append(np.stack([a, b]))
     a, b = np.concatenate(steps, axis=1)
     a, b = a[dark[a] | dark[b]], b[dark[a] | dark[b]]
-    points = dictionary.points
     free = geometry.visible(columns(points[a]), columns(points[b]), types().Bool(True))
     dr.eval(free)
     open_ = np.broadcast_to(np.array(free), a.shape)

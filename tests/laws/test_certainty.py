@@ -8,8 +8,7 @@ import pytest
 from lightloc import Lambert, Observations, Options, PointLights, cramer_rao, radiance
 from lightloc.certainty import TOLD_APART, covariance, resolution
 from lightloc.criterion import Criterion
-from lightloc.levenberg import descend
-from lightloc.moves import start_at
+from lightloc.levenberg import Descents, descend
 from lightloc.polish import sharpened
 from lightloc.solve import Problem
 from validation.table1.rooms import rooms
@@ -128,7 +127,7 @@ def test_covariance_is_that_of_repeated_fits():
     for _ in range(80):
         B = q.radiance + sigma * rng.normal(size=sigma.shape)
         noisy = Problem(problem.surfels, B, sigma, None, problem.bounds)
-        fit = sharpened(noisy, start_at(room.lights), Criterion.of(Options()))
+        fit = sharpened(noisy, Descents.at(room.lights), Criterion.of(Options()))
         found = [fit.lights.positions[:, :2].ravel(), fit.lights.intensities.ravel()]
         errors.append(np.concatenate(found) - truth)
     z2 = np.einsum("ti,ij,tj->t", errors, np.linalg.inv(spread), errors) / len(truth)

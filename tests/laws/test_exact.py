@@ -13,7 +13,8 @@ from lightloc.criterion import Criterion
 from lightloc.exact import NOTHING, emptied
 from lightloc.ground import Ground
 from lightloc.ladder import Ladder
-from lightloc.moves import HOPELESS, start_at
+from lightloc.levenberg import Descents
+from lightloc.moves import HOPELESS
 from lightloc.noise import level_of
 from lightloc.polish import sharpened
 from validation.table1.rooms import rooms
@@ -40,7 +41,7 @@ def answered(room, radiance, kept: list[int]):
     ground = Ground.of(q, None, q.bounds, o, 0)
     view = ground.view(ground.whole, o, Criterion.of(o))
     lights = PointLights(room.lights.positions[kept], room.lights.intensities[kept])
-    fit = sharpened(view.tight, start_at(lights), view.criterion)
+    fit = sharpened(view.tight, Descents.at(lights), view.criterion)
     return Ladder.on(view).with_("start", fit), ground.whole
 
 
@@ -63,7 +64,7 @@ def test_a_light_too_many_is_dropped(room):
         np.append(ladder.best.lights.positions, [[0.5, 0.5, 0.0]], axis=0),
         np.append(ladder.best.lights.intensities, [[1e-9]], axis=0),
     )
-    fit = sharpened(ladder.view.tight, start_at(ghost), ladder.view.criterion)
+    fit = sharpened(ladder.view.tight, Descents.at(ghost), ladder.view.criterion)
     there, _ = emptied(Ladder.on(ladder.view).with_("start", fit), whole)
     assert len(there.best) == LIGHTS
 

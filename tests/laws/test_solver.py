@@ -10,7 +10,8 @@ import render
 from lightloc import Lambert, Observations, Options, PointLights, radiance, shading
 from lightloc.certainty import covariance, jacobian
 from lightloc.criterion import Criterion
-from lightloc.moves import are_needed, start_at
+from lightloc.levenberg import Descents
+from lightloc.moves import are_needed
 from lightloc.polish import pruned, sharpened
 from lightloc.solve import Fit, Problem, intensities, no_lights, nonnegative, residuals
 
@@ -108,7 +109,7 @@ def test_jacobian(channels, flat, room):
 def test_sharpened_finds_the_minimum(room):
     """From 9 cm away and a tenth too dim the lights are found to float32 rounding."""
     start = PointLights(LIGHTS.positions + 0.05, 0.9 * LIGHTS.intensities)
-    fit = sharpened(posed(room, LIGHTS), start_at(start), CRITERION)
+    fit = sharpened(posed(room, LIGHTS), Descents.at(start), CRITERION)
     np.testing.assert_allclose(fit.lights.positions, LIGHTS.positions, atol=1e-4)
     np.testing.assert_allclose(fit.lights.intensities, LIGHTS.intensities, rtol=1e-4)
     assert fit.cost < 1e-3
@@ -130,7 +131,7 @@ def test_standard_errors_are_real(room):
     for _ in range(TRIALS):
         B = problem.radiance + problem.sigma * rng.normal(size=problem.radiance.shape)
         noisy = Problem(problem.surfels, B, problem.sigma, None, BOUNDS)
-        fit = sharpened(noisy, start_at(one), CRITERION)
+        fit = sharpened(noisy, Descents.at(one), CRITERION)
         found.append(np.concatenate([fit.lights.positions.ravel(), fit.lights.intensities.ravel()]))
     error = np.array(found) - np.concatenate([one.positions.ravel(), one.intensities.ravel()])
     ratio = np.sqrt(np.square(error).mean(axis=0) / np.diag(predicted))
@@ -158,7 +159,7 @@ def test_what_nothing_sees_has_no_finite_error(room):
 def test_sharpened_keeps_within_bounds(place, room):
     """A light outside the region is looked for inside it, and never leaves it."""
     problem = posed(room, PointLights([[1.97, 0.3, -0.2]], [5.0]))
-    fit = sharpened(problem, start_at(PointLights([place], [1.0])), CRITERION)
+    fit = sharpened(problem, Descents.at(PointLights([place], [1.0])), CRITERION)
     assert (fit.lights.positions >= BOUNDS[0]).all()
     assert (fit.lights.positions <= BOUNDS[1]).all()
     assert (fit.lights.intensities >= 0).all()
@@ -168,7 +169,7 @@ def test_prune_drops_a_duplicate(room):
     """A light found twice is one light."""
     problem = posed(room, LIGHTS)
     twice = PointLights([*LIGHTS.positions, LIGHTS.positions[0] + [0.02, 0, 0]], [2.5, 2.0, 2.5])
-    kept = pruned(problem, sharpened(problem, start_at(twice), CRITERION), CRITERION)
+    kept = pruned(problem, sharpened(problem, Descents.at(twice), CRITERION), CRITERION)
     assert len(kept) == 2
     np.testing.assert_allclose(
         np.sort(kept.lights.positions, axis=0), np.sort(LIGHTS.positions, axis=0), atol=1e-3
@@ -178,7 +179,7 @@ def test_prune_drops_a_duplicate(room):
 def test_prune_keeps_what_is_needed(room):
     """Negative control: lights that explain something stay."""
     problem = posed(room, LIGHTS)
-    kept = pruned(problem, sharpened(problem, start_at(LIGHTS), CRITERION), CRITERION)
+    kept = pruned(problem, sharpened(problem, Descents.at(LIGHTS), CRITERION), CRITERION)
     assert len(kept) == 2
 
 
@@ -186,9 +187,9 @@ def test_a_light_is_needed_unless_another_stands_there(room):
     """At 1e-4 of B each of two lights would be missed; a half of one that is there twice not."""
     problem = posed(room, LIGHTS, 1e-4)
     twice = PointLights([*LIGHTS.positions, LIGHTS.positions[0]], [2.5, 2.0, 2.5])
-    assert are_needed(problem, start_at(LIGHTS), SCALE)
-    assert not are_needed(problem, start_at(twice), SCALE)
-    assert not are_needed(posed(room, LIGHTS, 0.1), start_at(LIGHTS), SCALE)
+    assert are_needed(problem, Descents.at(LIGHTS), SCALE)
+    assert not are_needed(problem, Descents.at(twice), SCALE)
+    assert not are_needed(posed(room, LIGHTS, 0.1), Descents.at(LIGHTS), SCALE)
 
 
 def test_some_of_the_rows(load):

@@ -21,6 +21,7 @@ from lightloc import (
 from lightloc.all_light import Split
 from lightloc.answer import MARGIN
 from lightloc.certainty import resolution
+from lightloc.criterion import Criterion
 from lightloc.fields import intensity_distance
 from lightloc.ground import Ground
 from lightloc.rounds import MOST_ROUNDS, movement, order_like, rounds
@@ -65,8 +66,13 @@ def searched(room: render.Room, o: Options | None = None):
 
 def found_in(room: render.Room, q: Observations, first: Observations, indirect, search):
     """`rounds` in a room, with the defaults of the rest."""
-    ground = Ground.of(first, room.geometry, room.bounds, Options(), 0)
-    return rounds(q, first, ground, indirect, search, Options())
+    o = Options()
+    ground = Ground.of(first, room.geometry, room.bounds, o, 0)
+
+    def certificate(problem, fit):
+        return ground.view(problem, o, Criterion.of(o)).certificate(problem, fit)[0]
+
+    return rounds(q, first, ground.whole, indirect, search, certificate, o)
 
 
 def start(q: Observations, share: float = 0.9) -> Observations:

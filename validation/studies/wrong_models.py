@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from lightloc import Conductor, Observations, Options, Plastic, PointLights, radiance
 from lightloc.criterion import Criterion
-from lightloc.moves import start_at
+from lightloc.levenberg import Descents
 from lightloc.noise import working_sigma
 from lightloc.polish import sharpened
 from lightloc.solve import Problem
@@ -144,7 +144,7 @@ def displaced(q: Observations, lights: PointLights) -> int:
     """How many of the true lights a fit that starts at them makes ghosts of."""
     o = Options()
     problem = Problem.of(q, working_sigma(q, o), None, q.bounds)
-    there = sharpened(problem, start_at(lights), Criterion.of(o)).lights
+    there = sharpened(problem, Descents.at(lights), Criterion.of(o)).lights
     return len(compare(there, lights, DIAGONAL).ghosts)
 
 
