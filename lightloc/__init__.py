@@ -1,22 +1,16 @@
 """lightloc: find the point lights that light a room. The public names, in pipeline order."""
 
 import lightloc.backend  # noqa: F401  (first: it chooses the LLVM library)
+from lightloc.answer import Kind, Localization, Reason, Verdict
 from lightloc.brdf import BRDF, Conductor, Lambert, Mixed, Plastic
-from lightloc.certainty import Bound, cramer_rao
 from lightloc.fields import Grid, intensity, intensity_distance
-from lightloc.geometry import Geometry
-from lightloc.indirect import remove_indirect
-from lightloc.lights import PointLights
+from lightloc.fit import Bound, cramer_rao
+from lightloc.given import Geometry, Observations, Options, PointLights
+from lightloc.interreflection import remove_indirect
 from lightloc.localize import localize
-from lightloc.observations import Observations
-from lightloc.options import Options
-from lightloc.outline import Outline
-from lightloc.paper import Paper
-from lightloc.result import Localization, Reason
-from lightloc.shading import check_gradient, radiance, shading, shading_gradient
-from lightloc.surface import Geodesic, Perimeter, SolidAngle, Surface
-from lightloc.verdicts import Kind, Verdict
-from lightloc.voting import Votes, vote
+from lightloc.optics import check_gradient, radiance, shading, shading_gradient
+from lightloc.paper import Geodesic, Paper, Perimeter, SolidAngle, Surface, Votes, vote
+from lightloc.plane import Outline
 
 __version__ = "0.1.0"
 

@@ -8,27 +8,14 @@ from typing import Literal
 
 from numpy.typing import ArrayLike
 
+from lightloc.answer import Localization, Step
 from lightloc.backend import one_blas_thread
 from lightloc.checks import array
-from lightloc.climb import climbed, resumed
-from lightloc.conclude import concluded
-from lightloc.criterion import Criterion
-from lightloc.exact import emptied
-from lightloc.geometry import Geometry
-from lightloc.ground import Ground
-from lightloc.indirect import remove_indirect
-from lightloc.ladder import Ladder
-from lightloc.lights import PointLights
-from lightloc.noise import is_exact, working_sigma
-from lightloc.observations import Observations
-from lightloc.options import Options
-from lightloc.paper import Paper
-from lightloc.published import published
-from lightloc.result import Localization, Step
-from lightloc.rounds import Indirect, rounds
-from lightloc.settle import settled
-from lightloc.solve import Fit, Problem
-from lightloc.surface import Surface
+from lightloc.fit import Criterion, Fit, Problem, is_exact, working_sigma
+from lightloc.given import Geometry, Observations, Options, PointLights
+from lightloc.interreflection import Indirect, remove_indirect, rounds
+from lightloc.paper import Paper, Surface, published
+from lightloc.search import Ground, Ladder, climbed, concluded, emptied, resumed, settled
 
 
 def localize(

@@ -2,6 +2,7 @@
 
 import lightloc.backend  # noqa: F401  (first: it chooses the LLVM library)
 from render.camera import photograph
+from render.descent import optimize
 from render.exr import read_exr, write_exr
 from render.interreflection import interreflected
 from render.observe import attach, observe, remeasure
@@ -17,6 +18,7 @@ __all__ = [
     "load",
     "observe",
     "observe_view",
+    "optimize",
     "photograph",
     "read_exr",
     "relight",

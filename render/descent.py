@@ -25,8 +25,7 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from lightloc.lights import PointLights
-from lightloc.observations import Observations
+from lightloc import Observations, PointLights
 from render.observe import probe
 from render.room import Room, relight
 

@@ -7,9 +7,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from lightloc import Observations, PointLights
 from lightloc.checks import array
-from lightloc.lights import PointLights
-from lightloc.observations import Observations
 from render.observe import indirect, probe
 from render.room import Room, relight
 

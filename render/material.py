@@ -10,7 +10,8 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from lightloc.brdf import BRDF, Conductor, Lambert, Mixed, Plastic, Scatter
+from lightloc import BRDF, Conductor, Lambert, Mixed, Plastic
+from lightloc.brdf import Scatter
 
 GREY = 1e-5  # RGB that differs by less than this is read as one channel
 

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from lightloc.brdf import Mixed
-from lightloc.observations import Observations, SceneMaterial
+from lightloc import Mixed, Observations
+from lightloc.given import SceneMaterial
 from render.material import bsdf_of, material_at
 from render.room import Room
 

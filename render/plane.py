@@ -14,10 +14,8 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from lightloc.lights import PointLights
-from lightloc.loop import Loop
-from lightloc.observations import Observations
-from lightloc.outline import Outline
+from lightloc import Observations, Outline, PointLights
+from lightloc.plane import Loop
 from render.observe import direct, observations, probe
 from render.room import Room, SceneGeometry, relight
 from render.variant import use_mitsuba

@@ -13,7 +13,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from lightloc.lights import PointLights
+from lightloc import PointLights
 from render.meshes import check_meshes
 from render.variant import use_mitsuba
 

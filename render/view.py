@@ -8,9 +8,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lightloc.brdf import BRDF, Conductor, Lambert, Mixed, Plastic
+from lightloc import BRDF, Conductor, Lambert, Mixed, Observations, Plastic
 from lightloc.checks import array, check_radiance
-from lightloc.observations import Observations
 from render.material import GREY, material_at
 from render.observe import probe
 from render.room import Room

@@ -18,7 +18,7 @@ import numpy as np
 
 import render
 from lightloc import Localization, Observations, PointLights, Reason, localize
-from render.room import Room
+from render import Room
 from validation.made import made
 from validation.match import RADIUS, Comparison, compare
 from validation.pictures import save_fields, save_room, save_view

@@ -109,7 +109,7 @@ def compare_command(
 
     Example: lightloc compare found.json box_occluder
     """
-    from lightloc.lights import PointLights
+    from lightloc import PointLights
     from validation.match import compare
 
     lights = PointLights.load(found)

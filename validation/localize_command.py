@@ -15,7 +15,7 @@ from validation.outputs import SEED, SET, parameters, ready, writable
 
 if TYPE_CHECKING:
     from lightloc import Localization, Observations, Options, Paper
-    from lightloc.rounds import Indirect
+    from lightloc.interreflection import Indirect
     from render import Room
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from lightloc.lights import PointLights
+from lightloc import PointLights
 
 RADIUS = 0.05
 """A found light farther than this share of the diagonal from every true one matches none."""

@@ -19,7 +19,7 @@ from lightloc import (
     vote,
 )
 from lightloc.fields import NO_LIMITER
-from render.room import Room
+from render import Room
 
 SLICE = 16_000  # cells of the slice through D, L and V: about 140 x 115
 MARGIN = 3.0  # standard errors by which D is raised, so that it stays a bound under noise

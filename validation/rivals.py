@@ -17,11 +17,8 @@ from scipy.optimize import nnls
 
 import lightloc
 from lightloc import Grid, Observations, Paper, PointLights, shading
-from lightloc.batched import Unknown
-from lightloc.levenberg import descend
-from lightloc.solve import Problem, intensities
-from render.descent import optimize
-from render.room import Room
+from lightloc.fit import Problem, Unknown, descend, intensities
+from render import Room, optimize
 
 SEED = 2018
 DARK = 0.3  # of the median standard error: none counts as smaller, for any rival

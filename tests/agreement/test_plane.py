@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from lightloc import Observations, PointLights, radiance
 from lightloc.backend import types
-from lightloc.outline import Outline
-from lightloc.surfels import surfels
+from lightloc.optics.kernel import surfels
+from lightloc.plane.outline import Outline
 from render.plane import HEIGHT, REFLECTANCE, observe_plane, prism
 from validation.table1.rooms import (
     SAMPLES,

@@ -23,8 +23,8 @@ import test_speed
 
 import render
 from lightloc import Grid, backend
-from lightloc.fields import Field
-from lightloc.surfels import Surfels, surfels
+from lightloc.fields.field import Field
+from lightloc.optics.kernel import Surfels, surfels
 
 ROOM = "box_three"
 GRIDS, SAMPLES = (64, 128, 256), (4_000, 15_000, 60_000)

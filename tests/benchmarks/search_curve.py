@@ -23,9 +23,9 @@ from typing import Any
 import numpy as np
 
 import lightloc
-from lightloc import batched
-from lightloc.shading import shadows
-from lightloc.surfels import surfels
+from lightloc.fit import batched
+from lightloc.optics.kernel import surfels
+from lightloc.optics.transport import shadows
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 

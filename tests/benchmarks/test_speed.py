@@ -19,8 +19,8 @@ from discs import Discs
 import lightloc
 import render
 from lightloc import Grid, Lambert, Observations, PointLights
-from lightloc.fields import Field, limits
-from lightloc.surfels import surfels
+from lightloc.fields.field import Field, limits
+from lightloc.optics.kernel import surfels
 
 rivals = pytest.importorskip("rivals")
 

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from lightloc import intensity_distance
-from lightloc.result import Reason
+from lightloc.answer.result import Reason
 from validation.figures import cluster, draw, four_lights, noise, one_light, three_d, wall_points
 from validation.figures.command import MODULES, draw_all, figures_command
 from validation.figures.plane import apart

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from lightloc import Conductor, Lambert, Mixed, Observations, Plastic, PointLights
-from lightloc.brdf import BRDF
+from lightloc.brdf.models import BRDF
 
 ARRAYS = ("positions", "normals", "directions", "radiance", "sigma", "facets")
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lightloc import Lambert
-from lightloc.outline import Outline
+from lightloc.plane.outline import Outline
 from validation.table1.rooms import (
     CLEARANCE,
     COUNTS,

@@ -147,7 +147,7 @@ def test_the_hard_set_keeps_its_names_and_knows_nothing_of_how_lights_are_found(
     study = find("hard")
     names = study.names(study.per_row)
     assert 50 <= len(names) <= 70 and names[0] == "lights-15-000"
-    inner = re.compile(r"lightloc(\.| import )(climb|births|polish|levenberg|solve|all_light)\b")
+    inner = re.compile(r"lightloc(\.| import )(search|fit|interreflection)\b")
     read = {name: file.read_text() for name, file in needed(study.one.__module__).items()}
     assert not [name for name, text in read.items() if inner.search(text)]
     assert inner.search(needed("validation.studies.rooms")["validation.studies.rooms"].read_text())

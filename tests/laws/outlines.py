@@ -7,8 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 from lightloc.backend import types
-from lightloc.loop import Loop
-from lightloc.outline import Outline
+from lightloc.plane.loop import Loop
+from lightloc.plane.outline import Outline
 
 UNIT = [(0, 0), (1, 0), (1, 1), (0, 1)]
 HALF = np.tan(np.pi / 4)  # the bulge of a half circle

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from lightloc import Lambert, Observations, PointLights, shading
-from lightloc.all_light import Split, taken, together
-from lightloc.solve import Problem
+from lightloc.fit.problem import Problem
+from lightloc.interreflection.all_light import Split, taken, together
 
 N, TRIALS = 1500, 60
 LIGHTS = PointLights([[0.4, -0.3, 0.9], [-1.0, 0.9, 0.2]], [5.0, 3.0])

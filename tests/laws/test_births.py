@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from lightloc import Lambert, Observations, Options, PointLights, births, radiance
-from lightloc.births import alone, places
-from lightloc.candidates import Dictionary, Left, gains_at
-from lightloc.criterion import Criterion
-from lightloc.grid import Grid
-from lightloc.levenberg import Descents
-from lightloc.solve import Problem, residuals
-from lightloc.view import Stage
+from lightloc.fields.grid import Grid
+from lightloc.fit.criterion import Criterion
+from lightloc.fit.levenberg import Descents
+from lightloc.fit.problem import Problem, residuals
+from lightloc.search.births import alone, places
+from lightloc.search.dictionary import Dictionary, Left, gains_at
+from lightloc.search.view import Stage
 from validation.table1.rooms import rooms
 
 HIDDEN = 0.02  # of the side: how far the light is from the wall that hides it

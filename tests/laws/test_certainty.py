@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from lightloc import Lambert, Observations, Options, PointLights, cramer_rao, radiance
-from lightloc.certainty import TOLD_APART, covariance, resolution
-from lightloc.criterion import Criterion
-from lightloc.levenberg import Descents, descend
-from lightloc.polish import sharpened
-from lightloc.solve import Problem
+from lightloc.fit.criterion import Criterion
+from lightloc.fit.information import TOLD_APART, covariance, resolution
+from lightloc.fit.levenberg import Descents, descend
+from lightloc.fit.problem import Problem
+from lightloc.search.polish import sharpened
 from validation.table1.rooms import rooms
 
 SIGMA = 0.05

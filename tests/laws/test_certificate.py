@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from lightloc import Conductor, Lambert, Observations, Options, PointLights, localize, radiance
-from lightloc.ambient import reflected_ambient
-from lightloc.candidates import Dictionary
-from lightloc.certificate import certificate
-from lightloc.criterion import Criterion, Likelihood
-from lightloc.grid import Grid
-from lightloc.ground import Ground
-from lightloc.ladder import Ladder
-from lightloc.solve import Problem
-from lightloc.surfels import surfels
+from lightloc.fields.grid import Grid
+from lightloc.fit.criterion import Criterion, Likelihood
+from lightloc.fit.problem import Problem
+from lightloc.optics.ambient import reflected_ambient
+from lightloc.optics.kernel import surfels
+from lightloc.search.certificate import certificate
+from lightloc.search.dictionary import Dictionary
+from lightloc.search.ground import Ground
+from lightloc.search.ladder import Ladder
 from validation.table1.rooms import rooms
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from lightloc import Lambert, Observations, Options, PointLights
-from lightloc.criterion import ESTIMATED, FEW, Criterion, Likelihood
-from lightloc.solve import Fit, Problem, robust
+from lightloc.fit.criterion import ESTIMATED, FEW, Criterion, Likelihood
+from lightloc.fit.problem import Fit, Problem, robust
 
 N = 4000
 WILD = 50.0  # standard errors

@@ -29,11 +29,11 @@ from lightloc import (
     radiance,
 )
 from lightloc.backend import types
-from lightloc.brdf import Bounded, evaluate
-from lightloc.culling import ROUNDING, SLACK, Clusters, Volumes, bound, kd_order, row
-from lightloc.fields import NO_LIMITER, RUN, Field, ever_coarser
-from lightloc.parameters import channels_last
-from lightloc.surfels import surfels, unoccluded
+from lightloc.brdf.models import Bounded, evaluate
+from lightloc.brdf.parameters import channels_last
+from lightloc.fields.clusters import ROUNDING, SLACK, Clusters, Volumes, bound, kd_order, row
+from lightloc.fields.field import NO_LIMITER, RUN, Field, ever_coarser
+from lightloc.optics.kernel import surfels, unoccluded
 
 SIDE = 4.0  # metres
 WALL = 400  # observations on each wall of a room

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lightloc import Conductor, Lambert, Mixed, Observations, Plastic, shading, shading_gradient
-from lightloc.surfels import surfels
+from lightloc.optics.kernel import surfels
 
 MATERIALS = {
     "diffuse": Lambert(albedo=[0.6, 0.4, 0.2]),

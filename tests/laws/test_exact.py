@@ -9,14 +9,14 @@ import pytest
 
 from lightloc import Options, PointLights, exact, localize
 from lightloc.backend import one_blas_thread
-from lightloc.criterion import Criterion
-from lightloc.exact import NOTHING, emptied
-from lightloc.ground import Ground
-from lightloc.ladder import Ladder
-from lightloc.levenberg import Descents
-from lightloc.moves import HOPELESS
-from lightloc.noise import level_of
-from lightloc.polish import sharpened
+from lightloc.fit.criterion import Criterion
+from lightloc.fit.levenberg import Descents
+from lightloc.fit.noise import level_of
+from lightloc.search.exact import NOTHING, emptied
+from lightloc.search.ground import Ground
+from lightloc.search.ladder import Ladder
+from lightloc.search.moves import HOPELESS
+from lightloc.search.polish import sharpened
 from validation.table1.rooms import rooms
 
 LIGHTS = 12

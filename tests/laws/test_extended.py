@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from lightloc import Kind, Lambert, Observations, PointLights, Reason, localize, radiance
-from lightloc.criterion import Likelihood
-from lightloc.extended import Unknowns, gathered, joined
-from lightloc.noise import working_sigma
-from lightloc.options import Options
-from lightloc.solve import Problem
+from lightloc.fit.criterion import Likelihood
+from lightloc.fit.noise import working_sigma
+from lightloc.fit.problem import Problem
+from lightloc.given.options import Options
+from lightloc.search.wide import Unknowns, gathered, joined
 from validation.table1.rooms import rooms
 
 SIDE = np.array([[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]])

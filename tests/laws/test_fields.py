@@ -24,8 +24,8 @@ from lightloc import (
     radiance,
     shading,
 )
-from lightloc.fields import NO_LIMITER, Field, limits
-from lightloc.surfels import surfels
+from lightloc.fields.field import NO_LIMITER, Field, limits
+from lightloc.optics.kernel import surfels
 
 LIGHT = np.array([0.4, -0.3, 1.1])
 INTENSITY = 5.0

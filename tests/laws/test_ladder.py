@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from lightloc import Options, PointLights
-from lightloc.candidates import Dictionary
-from lightloc.climb import VAIN
-from lightloc.criterion import Criterion
-from lightloc.grid import Grid
-from lightloc.ladder import STALLED, Ladder, adapted
-from lightloc.solve import Fit, Problem
-from lightloc.view import View
+from lightloc.fields.grid import Grid
+from lightloc.fit.criterion import Criterion
+from lightloc.fit.problem import Fit, Problem
+from lightloc.search.climb import VAIN
+from lightloc.search.dictionary import Dictionary
+from lightloc.search.ladder import STALLED, Ladder, adapted
+from lightloc.search.view import View
 from validation.table1.rooms import rooms
 
 SIGMA = 0.01  # of B

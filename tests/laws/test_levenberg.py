@@ -20,9 +20,9 @@ from lightloc import (
     shading_gradient,
 )
 from lightloc.backend import one_blas_thread
-from lightloc.batched import MARGIN, Unknown
-from lightloc.levenberg import Descents, damped_steps, descend
-from lightloc.solve import Problem
+from lightloc.fit.batched import MARGIN, Unknown
+from lightloc.fit.levenberg import Descents, damped_steps, descend
+from lightloc.fit.problem import Problem
 from validation.table1.columns import LOW_ERROR
 from validation.table1.rooms import CLEARANCE, PlaneRoom, rooms
 

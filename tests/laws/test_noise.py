@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lightloc import Options, PointLights, localize, radiance
-from lightloc.noise import is_exact, law_of, level_of, working_sigma
+from lightloc.fit.noise import is_exact, law_of, level_of, working_sigma
 from validation.table1.rooms import rooms
 
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from outlines import ROOMS, SQUARE, every_room, moved, moved_points, off_corners
 
-from lightloc.loop import Loop
-from lightloc.outline import Outline
+from lightloc.plane.loop import Loop
+from lightloc.plane.outline import Outline
 
 CLOSE = 1e-9
 FINE = 2048  # chords of an arc: they enclose 4e-7 less of its circle's area than it does

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lightloc import Lambert, Observations, Outline, shading, shading_gradient
-from lightloc.penumbra import IN_SPACE, IN_THE_PLANE
+from lightloc.optics.penumbra import IN_SPACE, IN_THE_PLANE
 
 ROOM = Outline.polygon([[0, 0], [1, 0], [1, 1], [0, 1]]).with_occluders(
     Outline.disc([0.45, 0.5], 0.12)

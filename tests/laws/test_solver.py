@@ -8,12 +8,12 @@ from scipy.optimize import nnls
 
 import render
 from lightloc import Lambert, Observations, Options, PointLights, radiance, shading
-from lightloc.certainty import covariance, jacobian
-from lightloc.criterion import Criterion
-from lightloc.levenberg import Descents
-from lightloc.moves import are_needed
-from lightloc.polish import pruned, sharpened
-from lightloc.solve import Fit, Problem, intensities, no_lights, nonnegative, residuals
+from lightloc.fit.criterion import Criterion
+from lightloc.fit.information import covariance, jacobian
+from lightloc.fit.levenberg import Descents
+from lightloc.fit.problem import Fit, Problem, intensities, no_lights, nonnegative, residuals
+from lightloc.search.moves import are_needed
+from lightloc.search.polish import pruned, sharpened
 
 LIGHTS = PointLights([[0.4, -0.3, 0.9], [-1.0, 0.9, 0.2]], [5.0, 2.0])
 BOUNDS = np.array([[-1.9, -1.9, -1.9], [1.9, 1.9, 1.9]])
@@ -234,7 +234,7 @@ def test_least_squares_where_the_active_set_goes_in_circles(room, monkeypatch):
         asked.append(len(b))
         raise RuntimeError("Maximum number of iterations reached.")
 
-    monkeypatch.setattr("lightloc.solve.nnls", circles)
+    monkeypatch.setattr("lightloc.fit.problem.nnls", circles)
     found = nonnegative(A, b)
     assert (found >= 0).all()
     assert np.linalg.norm(A @ found - b) < left + 1e-5 * np.linalg.norm(b)

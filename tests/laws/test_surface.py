@@ -16,8 +16,8 @@ from scipy.spatial import ConvexHull
 
 import render
 from lightloc import Geodesic, Perimeter, SolidAngle
-from lightloc.surface import NEIGHBOURS
-from lightloc.voting import icosahedron
+from lightloc.paper.surface import NEIGHBOURS
+from lightloc.paper.voting import icosahedron
 
 KINKS = 1.06  # the median path of a random sampling over the straight line: 1.03 was measured
 WORST = 1.25  # its 99th percentile: 1.12 was measured in a plane and 1.22 on one side of a sheet

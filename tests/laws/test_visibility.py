@@ -25,7 +25,7 @@ from outlines import (
 from scipy.spatial import ConvexHull
 
 from lightloc import Lambert, Observations, PointLights, radiance
-from lightloc.outline import Outline
+from lightloc.plane.outline import Outline
 
 GRAZING = 1e-3  # metres: the points looked at along a segment stand half of that apart
 BETWEEN = 3000

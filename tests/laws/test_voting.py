@@ -22,8 +22,8 @@ from lightloc import (
     radiance,
     vote,
 )
-from lightloc.fields import NO_LIMITER
-from lightloc.voting import DISCONTINUITY, MERGE, Votes, circle, icosahedron
+from lightloc.fields.field import NO_LIMITER
+from lightloc.paper.voting import DISCONTINUITY, MERGE, Votes, circle, icosahedron
 
 POINTS, CELLS = 400, 128
 RADIUS = np.sqrt(0.5)  # of the unit square

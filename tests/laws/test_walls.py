@@ -14,7 +14,7 @@ import pytest
 from numpy.typing import NDArray
 
 from lightloc import Outline, Perimeter
-from lightloc.walls import NEAREST, _pairs, follow
+from lightloc.plane.walls import NEAREST, _pairs, follow
 from validation.table1.rooms import named_outlines, rooms_with_discs
 
 OUTLINES = {**named_outlines(), "eight discs": rooms_with_discs(8, 2, count=1)[0].outline}

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import ast
+import importlib
 import os
+import re
 import subprocess
 import sys
+from itertools import chain
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).parents[2]
+FOLDERS = ("lightloc", "render", "validation")
 RENDERERS = ("mitsuba", "OpenImageIO", "render", "validation")
 
 
@@ -29,9 +34,40 @@ def python(code: str, **environment: str) -> subprocess.CompletedProcess[str]:
 def test_contracts():
     """validation -> render -> lightloc, as import-linter reads it in pyproject.toml."""
     linter = Path(sys.executable).parent / "lint-imports"
-    done = subprocess.run([linter], cwd=ROOT, capture_output=True, text=True, timeout=120)
+    done = subprocess.run(
+        [linter, "--no-cache"], cwd=ROOT, capture_output=True, text=True, timeout=120
+    )
     assert done.returncode == 0, done.stdout
     assert "0 broken" in done.stdout
+
+
+DOORS = sorted((ROOT / "lightloc").glob("*/__init__.py"))
+
+
+@pytest.mark.parametrize("door", DOORS, ids=lambda door: door.parent.name)
+def test_a_door_says_what_others_may_use(door):
+    """A room's `__init__` has a sentence for each name, in order, and each is used elsewhere."""
+    name = f"lightloc.{door.parent.name}"
+    room = importlib.import_module(name)
+    assert re.findall(r"^- `(\w+)`: .*\.$", room.__doc__, re.MULTILINE) == room.__all__
+    assert len(set(room.__all__)) == len(room.__all__)
+    used: set[str] = set()
+    for file in chain(*((ROOT / top).rglob("*.py") for top in FOLDERS)):
+        if door.parent in file.parents:
+            continue
+        tree = ast.parse(file.read_text())
+        short = any(
+            isinstance(node, ast.ImportFrom)
+            and node.module == "lightloc"
+            and any(alias.name == door.parent.name for alias in node.names)
+            for node in ast.walk(tree)
+        )
+        for node in ast.walk(tree):
+            if isinstance(node, ast.ImportFrom) and node.module == name:
+                used |= {alias.name for alias in node.names}
+            elif short and isinstance(node, ast.Attribute):
+                used.add(node.attr)
+    assert not set(room.__all__) - used
 
 
 def test_lightloc_without_a_renderer():

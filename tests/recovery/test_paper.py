@@ -8,9 +8,9 @@ from joblib import Parallel, delayed
 from scipy.stats import binom
 
 from lightloc import Geodesic, Paper, Perimeter, PointLights, Reason, localize, radiance
-from lightloc.paper import associate, grid_over, iterate, optimize
-from lightloc.published import along_surface
-from lightloc.solve import Problem
+from lightloc.fit.problem import Problem
+from lightloc.paper.method import along_surface
+from lightloc.paper.optimization import associate, grid_over, iterate, optimize
 from validation.match import compare
 from validation.runs.run import one
 from validation.table1 import columns

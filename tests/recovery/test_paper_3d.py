@@ -23,9 +23,9 @@ import lightloc
 import render
 import validation
 from lightloc import Geodesic, Observations, Paper, Reason, SolidAngle, localize
-from lightloc.paper import State, iterate, peaks_of
-from lightloc.solve import Problem
-from lightloc.voting import DISCONTINUITY
+from lightloc.fit.problem import Problem
+from lightloc.paper.optimization import State, iterate, peaks_of
+from lightloc.paper.voting import DISCONTINUITY
 
 POINTS, SEED = 16_000, 1
 PUBLISHED_POINTS = 60_000  # section 4.4

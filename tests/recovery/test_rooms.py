@@ -13,7 +13,7 @@ import lightloc
 import render
 import validation
 from lightloc import Lambert, Mixed, Observations, PointLights, Reason, localize, radiance
-from lightloc.climb import PATIENCE
+from lightloc.search.climb import PATIENCE
 
 POSITION, INTENSITY = 0.1, 0.5  # limits, percent
 POINTS, SEED = 2048, 1

@@ -18,14 +18,14 @@ from lightloc import (
     remove_indirect,
     shading,
 )
-from lightloc.all_light import Split
-from lightloc.answer import MARGIN
-from lightloc.certainty import resolution
-from lightloc.criterion import Criterion
-from lightloc.fields import intensity_distance
-from lightloc.ground import Ground
-from lightloc.rounds import MOST_ROUNDS, movement, order_like, rounds
-from lightloc.solve import Problem
+from lightloc.answer.judge import MARGIN
+from lightloc.fields.field import intensity_distance
+from lightloc.fit.criterion import Criterion
+from lightloc.fit.information import resolution
+from lightloc.fit.problem import Problem
+from lightloc.interreflection.all_light import Split
+from lightloc.interreflection.rendered import MOST_ROUNDS, movement, order_like, rounds
+from lightloc.search.ground import Ground
 
 POINTS = 1000
 ALBEDO = 0.6

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from lightloc import Lambert, Observations, PointLights, Reason, localize, radiance
-from lightloc.certainty import jacobian
-from lightloc.solve import Problem
+from lightloc.fit.information import jacobian
+from lightloc.fit.problem import Problem
 from validation.match import compare
 from validation.studies.wrong_models import MODELS
 from validation.table1 import columns

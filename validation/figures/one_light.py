@@ -45,7 +45,7 @@ class Data:
 
 
 def data() -> Data:
-    from lightloc.outline import Outline
+    from lightloc import Outline
 
     lights = PointLights([LIGHT], [BRIGHT])
     scene = Scene.of(PlaneRoom("one light", Outline.polygon(SQUARE), lights, seed=0))

@@ -20,9 +20,8 @@ from lightloc import (
     intensity_distance,
     vote,
 )
-from lightloc.paper import LOWERING_OF_NOISE, RADIUS_OF_NOISE, State, iterate
-from lightloc.solve import Problem
-from lightloc.voting import DISCONTINUITY
+from lightloc.fit import Problem
+from lightloc.paper import DISCONTINUITY, LOWERING_OF_NOISE, RADIUS_OF_NOISE, State, iterate
 from validation.figures import draw
 from validation.table1.rooms import SAMPLES, PlaneRoom
 

@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 
 import render
 from lightloc import Geodesic, Observations, Paper, PointLights, Votes
+from lightloc.fit import Problem
 from lightloc.paper import State, iterate
-from lightloc.solve import Problem
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

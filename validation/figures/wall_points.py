@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 import render
 from lightloc import Geodesic, Observations, Paper, PointLights, Votes
 from lightloc.fields import Field
+from lightloc.fit import Problem
 from lightloc.paper import grid_over, optimize, peaks_of, rendered, votes_of
-from lightloc.solve import Problem
 from validation.figures import draw
 from validation.figures.plane import apart
 from validation.figures.solid import (

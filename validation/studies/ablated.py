@@ -54,26 +54,32 @@ def same(whole: Any, fit: Any, ladder: Any) -> Any:
 CHANGES = {
     "climb-off": Change("no climb", ("localize", "climbed"), off),
     "exchanges-off": Change("no exchanges in exact data", ("localize", "emptied"), kept),
-    "pruning-off": Change("nothing is dropped or joined", ("settle", "pruned"), unchanged),
-    "completing-off": Change("nothing is added over all data", ("settle", "completed"), same),
-    "alone-off": Change("places not refined alone", ("births", "STEPS"), 0),
-    "error-half": Change("the climb's errors halved", ("climb", "STAGE"), (0.01, 0.005)),
-    "error-double": Change("the climb's errors doubled", ("climb", "STAGE"), (0.04, 0.005)),
-    "blur-half": Change("the climb's shadows half as soft", ("climb", "STAGE"), (0.02, 0.0025)),
-    "blur-double": Change("the climb's shadows twice as soft", ("climb", "STAGE"), (0.02, 0.01)),
-    "narrowing-off": Change("errors not narrowed", ("climb", "NARROWED"), 1.0),
-    "candidates-2": Change("candidates halved", ("climb", "CANDIDATES"), 2),
-    "candidates-8": Change("candidates doubled", ("climb", "CANDIDATES"), 8),
-    "front-1": Change("one hypothesis refined to its end", ("climb", "FRONT"), 1),
-    "front-6": Change("hypotheses refined to their end doubled", ("climb", "FRONT"), 6),
-    "patience-half": Change("lights added in vain halved", ("climb", "PATIENCE"), (1, 2)),
-    "patience-double": Change("lights added in vain doubled", ("climb", "PATIENCE"), (4, 8)),
-    "margin-ten": Change("margin to the walls ten times as wide", ("batched", "MARGIN"), 1e-2),
-    "margin-off": Change("no margin to the walls", ("batched", "MARGIN"), 1e-6),
-    "damping-low": Change("damping begins low", ("climb", "FIRST_DAMPING"), 1e-2),
-    "reuse-off": Change("shadows never kept", ("batched", "REUSED"), 0.0),
-    "reuse-double": Change("shadows kept twice as far", ("batched", "REUSED"), 1.0),
-    "few-off": Change("no residual may lie anywhere", ("criterion", "FEW"), 0.0),
+    "pruning-off": Change("nothing is dropped or joined", ("search.settle", "pruned"), unchanged),
+    "completing-off": Change(
+        "nothing is added over all data", ("search.settle", "completed"), same
+    ),
+    "alone-off": Change("places not refined alone", ("search.births", "STEPS"), 0),
+    "error-half": Change("the climb's errors halved", ("search.climb", "STAGE"), (0.01, 0.005)),
+    "error-double": Change("the climb's errors doubled", ("search.climb", "STAGE"), (0.04, 0.005)),
+    "blur-half": Change(
+        "the climb's shadows half as soft", ("search.climb", "STAGE"), (0.02, 0.0025)
+    ),
+    "blur-double": Change(
+        "the climb's shadows twice as soft", ("search.climb", "STAGE"), (0.02, 0.01)
+    ),
+    "narrowing-off": Change("errors not narrowed", ("search.climb", "NARROWED"), 1.0),
+    "candidates-2": Change("candidates halved", ("search.climb", "CANDIDATES"), 2),
+    "candidates-8": Change("candidates doubled", ("search.climb", "CANDIDATES"), 8),
+    "front-1": Change("one hypothesis refined to its end", ("search.climb", "FRONT"), 1),
+    "front-6": Change("hypotheses refined to their end doubled", ("search.climb", "FRONT"), 6),
+    "patience-half": Change("lights added in vain halved", ("search.climb", "PATIENCE"), (1, 2)),
+    "patience-double": Change("lights added in vain doubled", ("search.climb", "PATIENCE"), (4, 8)),
+    "margin-ten": Change("margin to the walls ten times as wide", ("fit.batched", "MARGIN"), 1e-2),
+    "margin-off": Change("no margin to the walls", ("fit.batched", "MARGIN"), 1e-6),
+    "damping-low": Change("damping begins low", ("search.climb", "FIRST_DAMPING"), 1e-2),
+    "reuse-off": Change("shadows never kept", ("fit.batched", "REUSED"), 0.0),
+    "reuse-double": Change("shadows kept twice as far", ("fit.batched", "REUSED"), 1.0),
+    "few-off": Change("no residual may lie anywhere", ("fit.criterion", "FEW"), 0.0),
 }
 
 

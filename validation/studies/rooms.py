@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import render
 from lightloc import Observations, Options
-from lightloc.all_light import Split, spread, straight
-from lightloc.noise import working_sigma
-from lightloc.rounds import Indirect
-from lightloc.solve import Problem
+from lightloc.fit import Problem, working_sigma
+from lightloc.interreflection import Indirect, Split, spread, straight
 from validation.studies.ceiling import within
 from validation.studies.trial import Tolerance
 

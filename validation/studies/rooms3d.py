@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 import render
 from lightloc import Localization, Observations, localize
-from lightloc.rounds import Indirect
+from lightloc.interreflection import Indirect
 from validation.match import Comparison, compare
 from validation.studies.many import converged, solved
 from validation.studies.measures import Fields, at_least, below, duration, share, tally, typical

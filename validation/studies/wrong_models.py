@@ -13,11 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lightloc import Conductor, Observations, Options, Plastic, PointLights, radiance
-from lightloc.criterion import Criterion
-from lightloc.levenberg import Descents
-from lightloc.noise import working_sigma
-from lightloc.polish import sharpened
-from lightloc.solve import Problem
+from lightloc.fit import Criterion, Descents, Problem, working_sigma
+from lightloc.search import sharpened
 from validation.match import compare
 from validation.studies.scenes import FEW, ONE_PERCENT, parts, room_list
 from validation.studies.trial import DIAGONAL, Trial, trial

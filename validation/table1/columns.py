@@ -8,11 +8,8 @@ from functools import cache
 
 import numpy as np
 
-from lightloc import Observations, Paper, PointLights, Reason, localize, radiance
-from lightloc.batched import Unknown
-from lightloc.levenberg import NEARBY, descend
-from lightloc.solve import Problem
-from lightloc.surface import Perimeter
+from lightloc import Observations, Paper, Perimeter, PointLights, Reason, localize, radiance
+from lightloc.fit import NEARBY, Problem, Unknown, descend
 from validation.match import compare
 from validation.table1.rooms import PlaneRoom, rooms
 

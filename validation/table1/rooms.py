@@ -12,14 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lightloc.brdf import Lambert
-from lightloc.geometry import Geometry
-from lightloc.lights import PointLights
-from lightloc.loop import Loop
-from lightloc.observations import Observations
-from lightloc.outline import Outline
-from lightloc.shading import radiance
-from lightloc.surfels import surfels
+from lightloc import Geometry, Lambert, Observations, Outline, PointLights, radiance
+from lightloc.optics import surfels
+from lightloc.plane import Loop
 
 COUNTS = (2, 3, 4, 5)  # lights in a room (section 6.1)
 PER_COUNT = 100  # rooms for each of them (section 6.1)

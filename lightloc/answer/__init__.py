@@ -1,0 +1,46 @@
+"""The answer: lights, how sure they are, what can't be told, and why it ended.
+
+For other rooms, in pipeline order:
+
+- `Step`: one step of a search.
+- `Reason`: why a search stopped.
+- `Kind`: what sort of thing can't be told.
+- `Verdict`: one thing that the data can't decide.
+- `too_few`: fewer lit observations than unknowns.
+- `mirrored`: a light's mirror image would look the same.
+- `hidden`: a part of the region that nothing observed sees.
+- `spread_out`: lights that have a width.
+- `unexplained`: what is left is more than noise.
+- `Localization`: the whole answer.
+- `MARGIN`: standard errors on top of B before D bounds an intensity.
+- `localization`: an answer from a fit.
+- `judged`: an answer with the verdicts that follow from its errors.
+"""
+
+from lightloc.answer.judge import MARGIN, judged, localization
+from lightloc.answer.result import Localization, Reason, Step
+from lightloc.answer.verdicts import (
+    Kind,
+    Verdict,
+    hidden,
+    mirrored,
+    spread_out,
+    too_few,
+    unexplained,
+)
+
+__all__ = [
+    "Step",
+    "Reason",
+    "Kind",
+    "Verdict",
+    "too_few",
+    "mirrored",
+    "hidden",
+    "spread_out",
+    "unexplained",
+    "Localization",
+    "MARGIN",
+    "localization",
+    "judged",
+]

@@ -1,0 +1,77 @@
+"""The answer that both methods give, and the verdicts that follow from its errors."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lightloc.answer.result import Localization, Reason, Step
+from lightloc.answer.verdicts import DECISIVE, Kind, Verdict, clusters, uncertain
+from lightloc.fields import intensity_distance
+from lightloc.fit import Bound, Fit, Problem, amounts, inseparable
+from lightloc.given import Observations, Options, PointLights
+
+MARGIN = 3.0
+"""Standard errors on top of B before D bounds an intensity: one in a thousand B is lower still."""
+
+
+def judged(found: Localization, problem: Problem, o: Options) -> Localization:
+    """The answer with the verdicts that follow from its errors, and undecided where they say so."""
+    errors = Bound(found.position_error, found.intensity_error, found.covariance)
+    others = [v for v in found.verdicts if v.kind not in (Kind.UNCERTAIN, Kind.CLUSTER)]
+    verdicts = (
+        *others,
+        *uncertain(problem, found.lights, errors, o),
+        *clusters(problem, found.resolution, found.inseparable, o),
+    )
+    reason = found.reason
+    if reason in (Reason.CONVERGED, Reason.UNDECIDED) and len(found.lights):
+        doubt = found.inseparable or any(verdict.kind in DECISIVE for verdict in verdicts)
+        reason = Reason.UNDECIDED if doubt else Reason.CONVERGED
+    return replace(found, verdicts=verdicts, reason=reason)
+
+
+def localization(
+    q: Observations,
+    problem: Problem,
+    fit: Fit,
+    o: Options,
+    reason: Reason,
+    history: Sequence[Step],
+    bound: Bound,
+    points: PointLights | None = None,
+    resolution: NDArray[np.float64] | None = None,
+    width: NDArray[np.float64] | None = None,
+    certificate: float = np.nan,
+    verdicts: tuple[Verdict, ...] = (),
+) -> Localization:
+    """The answer in the form that both methods give it; ``points`` stand for wide lights."""
+    lights = fit.lights
+    top, _ = intensity_distance(q, lights.positions, problem.geometry, margin=MARGIN)
+    ambient = np.zeros(q.channels)
+    if problem.ambient is not None:
+        lit = lights if points is None else points
+        ambient = amounts(problem, lit.positions)[len(lit)]
+    return Localization(
+        lights=lights,
+        position_error=bound.position,
+        intensity_error=bound.intensity.reshape(len(lights), q.channels),
+        covariance=bound.covariance,
+        bound=top,
+        residual=fit.residual,
+        direct=q.radiance,
+        sigma=problem.sigma,
+        inseparable=inseparable(lights, bound.position),
+        resolution=np.full(len(lights), np.nan) if resolution is None else resolution,
+        width=np.zeros(len(lights)) if width is None else width,
+        certificate=certificate,
+        ambient=ambient,
+        verdicts=verdicts,
+        chi2=fit.cost / problem.rows,
+        outliers=int((np.abs(fit.residual) > o.outlier).sum()),
+        reason=reason,
+        history=tuple(history),
+    )

@@ -1,0 +1,189 @@
+"""What the data cannot decide, said as such: a verdict, not a wrong number."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import drjit as dr
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from lightloc.backend import types
+from lightloc.fields import Grid
+from lightloc.fit import Bound, Criterion, Fit, Problem, residuals
+from lightloc.given import Geometry, Options, PointLights
+from lightloc.optics import columns
+
+PLANAR = 1e-6
+"""Observations thinner than this share of their extent lie in one plane."""
+
+Z95 = 1.96
+"""Standard errors to either side that hold 95 % of a Gaussian."""
+
+
+class Kind(Enum):
+    """What cannot be told; the value is what that means."""
+
+    TOO_FEW = "fewer observations are lit than there are unknowns"
+    UNEXPLAINED = "the model does not explain the data"
+    UNCERTAIN = "a position or an intensity is known too badly"
+    CLUSTER = "what was found as one light may be several, or several may be one"
+    EXTENDED = "a light is wide, or several close together"
+    MIRROR = "the mirror image of a light would look the same"
+    HIDDEN = "a light in some part of the region would reach no observation"
+
+
+DECISIVE = frozenset({Kind.TOO_FEW, Kind.UNCERTAIN, Kind.MIRROR})
+"""Verdicts that leave an answer undecided."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """One thing that the data cannot decide.
+
+    Args:
+        kind: what sort of thing.
+        lights: indices of the lights that it is about; none where it is about the region.
+        sentence: what a user reads.
+    """
+
+    kind: Kind
+    lights: tuple[int, ...]
+    sentence: str
+
+
+def too_few(problem: Problem, lights: PointLights) -> list[Verdict]:
+    """No more lit observations than unknowns."""
+    lit = int((problem.radiance > 0).sum())
+    unknown = max(1, len(lights)) * (len(problem.axes) + problem.radiance.shape[1])
+    if lit > unknown or not lit:
+        return []
+    said = f"{lit} lit observation(s) can't decide {unknown} unknowns."
+    return [Verdict(Kind.TOO_FEW, tuple(range(len(lights))), said)]
+
+
+def unexplained(fit: Fit, problem: Problem) -> Verdict:
+    """The residual test: what is left is more than noise."""
+    said = (
+        f"The model does not explain the data: chi-square is {fit.cost / problem.rows:.3g} a "
+        f"residual, where noise alone leaves 1."
+    )
+    return Verdict(Kind.UNEXPLAINED, (), said)
+
+
+def uncertain(problem: Problem, lights: PointLights, bound: Bound, o: Options) -> list[Verdict]:
+    """Lights whose 95 % interval is wider than `Options` calls known."""
+    verdicts = []
+    for i, (e, dI) in enumerate(zip(bound.position, bound.intensity, strict=True)):
+        off = Z95 * float(np.linalg.norm(e))
+        share = Z95 * float((dI / np.maximum(lights.intensities[i], 1e-300)).max())
+        if off > o.sure_position * problem.size or share > o.sure_intensity:
+            said = (
+                f"Light {i} is known to ± {_length(off)} and {_percent(share)} of its "
+                f"intensity (95 %)."
+            )
+            verdicts.append(Verdict(Kind.UNCERTAIN, (i,), said))
+    return verdicts
+
+
+def clusters(
+    problem: Problem, resolution: NDArray, pairs: Sequence[tuple[int, int]], o: Options
+) -> list[Verdict]:
+    """Lights that could be two, and pairs that could be one."""
+    found = [
+        Verdict(Kind.CLUSTER, pair, f"Lights {pair[0]} and {pair[1]} can't be told apart.")
+        for pair in pairs
+    ]
+    for i, apart in enumerate(resolution):
+        if apart > o.cluster * problem.size:
+            said = f"Light {i} may be several lights, up to {_length(apart)} apart."
+            found.append(Verdict(Kind.CLUSTER, (i,), said))
+    return found
+
+
+def spread_out(width: NDArray) -> list[Verdict]:
+    """Lights that have a width."""
+    return [
+        Verdict(
+            Kind.EXTENDED,
+            (int(i),),
+            f"Light {i} is no point: it is wide, or several lights close together. Two points "
+            f"{_length(width[i])} apart look like it.",
+        )
+        for i in np.flatnonzero(width)
+    ]
+
+
+def mirrored(
+    problem: Problem, lights: PointLights, level: float, criterion: Criterion, o: Options
+) -> list[Verdict]:
+    """Lights that explain as much from the other side of a plane that holds all observations."""
+    x = np.stack([np.array(v, np.float64) for v in problem.surfels.x], axis=1)
+    middle = x.mean(axis=0)
+    _, s, axes = np.linalg.svd(x - middle, full_matrices=False)
+    if len(problem.axes) < 3 or s[2] > PLANAR * s[0] or not len(lights):
+        return []
+    across = axes[2]
+    cost = criterion.likelihood.cost(residuals(problem, lights), level)
+    verdicts = []
+    for i, p in enumerate(lights.positions):
+        image = p - 2 * across * ((p - middle) @ across)
+        inside = ((image >= problem.bounds[0]) & (image <= problem.bounds[1])).all()
+        if not inside or np.linalg.norm(image - p) < o.sure_position * problem.size:
+            continue
+        moved = lights.positions.copy()
+        moved[i] = image
+        other = residuals(problem, PointLights(moved, lights.intensities))
+        if criterion.likelihood.cost(other, level) < cost + criterion.significant:
+            where = ", ".join(f"{a:.4g}" for a in image)
+            said = f"Light {i} may as well be at ({where}): all observations lie in one plane."
+            verdicts.append(Verdict(Kind.MIRROR, (i,), said))
+    return verdicts
+
+
+def hidden(
+    grid: Grid, dark: NDArray[np.bool_], geometry: Geometry | None, axes: NDArray[np.intp]
+) -> list[Verdict]:
+    """Free space from which nothing observed is seen.
+
+    A cell that reaches no observation is inside a solid or outside the room, unless a way through
+    such cells leads from it to one that does: each step of the way is a ray test.
+
+    Args:
+        dark: (g,) whether a light in the cell would reach no observation.
+    """
+    if geometry is None or not dark.any():
+        return []
+    points = grid.points
+    index = np.arange(len(points)).reshape(grid.shape)
+    steps = []
+    for axis in axes:
+        a = np.take(index, range(grid.shape[axis] - 1), axis).ravel()
+        b = np.take(index, range(1, grid.shape[axis]), axis).ravel()
+        steps.append(np.stack([a, b]))
+    a, b = np.concatenate(steps, axis=1)
+    a, b = a[dark[a] | dark[b]], b[dark[a] | dark[b]]
+    free = geometry.visible(columns(points[a]), columns(points[b]), types().Bool(True))
+    dr.eval(free)
+    open_ = np.broadcast_to(np.array(free), a.shape)
+    a, b = a[open_], b[open_]
+    graph = coo_array((np.ones(len(a)), (a, b)), shape=(len(points), len(points)))
+    _, part = connected_components(graph, directed=False)
+    reached = np.unique(part[np.concatenate([a[~dark[a]], b[~dark[b]]])])
+    share = float((dark & np.isin(part, reached)).mean())
+    if not share:
+        return []
+    said = f"{_percent(share)} of the region reaches no observation: a light there can't be seen."
+    return [Verdict(Kind.HIDDEN, (), said)]
+
+
+def _length(value: float) -> str:
+    return f"{value:.2g} m" if np.isfinite(value) else "any distance"
+
+
+def _percent(value: float) -> str:
+    return f"{100 * value:.2g} %" if np.isfinite(value) else "any share"

@@ -1,0 +1,47 @@
+"""Reflection at a surface: materials, their microfacets, and bounds on both.
+
+For other rooms, in pipeline order:
+
+- `BRDF`: what a material must offer.
+- `Lambert`: diffuse reflection.
+- `Conductor`: a rough metal, GGX.
+- `Plastic`: a rough dielectric coat over a diffuse base.
+- `Mixed`: a different material at each observation.
+- `is_brdf`: whether a value is such a material.
+- `Scatter`: a material bound to a kernel: f (n . l)+ of an observation's index.
+- `Slope`: the same with its derivative in l.
+- `Sloped`: a material that has the derivative in closed form.
+- `Bounded`: a material that says what f (n . l)+ is at most.
+- `Ceiling`: that bound, two numbers an observation.
+- `channels_last`: a kernel's result as a NumPy array with the channels last.
+"""
+
+from lightloc.brdf.ceiling import Ceiling
+from lightloc.brdf.models import (
+    BRDF,
+    Bounded,
+    Conductor,
+    Lambert,
+    Mixed,
+    Plastic,
+    Scatter,
+    Slope,
+    Sloped,
+    is_brdf,
+)
+from lightloc.brdf.parameters import channels_last
+
+__all__ = [
+    "BRDF",
+    "Lambert",
+    "Conductor",
+    "Plastic",
+    "Mixed",
+    "is_brdf",
+    "Scatter",
+    "Slope",
+    "Sloped",
+    "Bounded",
+    "Ceiling",
+    "channels_last",
+]

@@ -1,0 +1,108 @@
+"""Lights fitted to B: residuals, Levenberg-Marquardt, errors, and what is better.
+
+For other rooms, in pipeline order:
+
+- `is_exact`: whether observations claim to have no errors.
+- `working_sigma`: standard errors with the arithmetic's own.
+- `level_of`: the standard deviation of residuals, outliers left out.
+- `law_of`: sigma as a function of B, where it is one.
+- `Problem`: what is fitted: B, its errors, the geometry and the region.
+- `Fit`: lights with the residual that they leave.
+- `no_lights`: the fit of darkness.
+- `fit_of`: the fit of lights as they are.
+- `residuals`: (B - model) / sigma.
+- `robust`: the sum of Cauchy's loss.
+- `whitened`: the columns of what is linear: S / sigma and the ambient term.
+- `nonnegative`: least squares with x >= 0.
+- `amounts`: non-negative intensities and the ambient term.
+- `intensities`: non-negative intensities of lights at given positions.
+- `Unknown`: what stands for an intensity among the unknowns.
+- `Tie`: lights that move together.
+- `Indirect`: indirect light that is held while lights move.
+- `Descents`: many hypotheses at once.
+- `descend`: Levenberg-Marquardt from all of them (section 5.2).
+- `normal_equations`: J^T W J at one of them.
+- `FIRST_DAMPING`: a first damping for starts from anywhere.
+- `NEARBY`: for starts that are nearly there.
+- `AT_HAND`: for a polish.
+- `SETTLED`: the fall of chi-square that ends a polish.
+- `jacobian`: derivatives of the model over sigma.
+- `covariance_of`: the covariance that follows from them.
+- `Bound`: the least standard errors of any unbiased estimate.
+- `cramer_rao`: these at given lights.
+- `bound_at`: the same of a problem.
+- `inseparable`: pairs of lights that can't be told apart.
+- `resolution`: how near two lights may be and still look like one.
+- `Likelihood`: how probable residuals are.
+- `Criterion`: decides which fit is better, and when it is enough.
+"""
+
+from lightloc.fit.batched import Indirect, Tie, Unknown
+from lightloc.fit.criterion import Criterion, Likelihood
+from lightloc.fit.information import (
+    Bound,
+    bound_at,
+    covariance_of,
+    cramer_rao,
+    inseparable,
+    jacobian,
+    resolution,
+)
+from lightloc.fit.levenberg import (
+    AT_HAND,
+    FIRST_DAMPING,
+    NEARBY,
+    SETTLED,
+    Descents,
+    descend,
+    normal_equations,
+)
+from lightloc.fit.noise import is_exact, law_of, level_of, working_sigma
+from lightloc.fit.problem import (
+    Fit,
+    Problem,
+    amounts,
+    fit_of,
+    intensities,
+    no_lights,
+    nonnegative,
+    residuals,
+    robust,
+    whitened,
+)
+
+__all__ = [
+    "is_exact",
+    "working_sigma",
+    "level_of",
+    "law_of",
+    "Problem",
+    "Fit",
+    "no_lights",
+    "fit_of",
+    "residuals",
+    "robust",
+    "whitened",
+    "nonnegative",
+    "amounts",
+    "intensities",
+    "Unknown",
+    "Tie",
+    "Indirect",
+    "Descents",
+    "descend",
+    "normal_equations",
+    "FIRST_DAMPING",
+    "NEARBY",
+    "AT_HAND",
+    "SETTLED",
+    "jacobian",
+    "covariance_of",
+    "Bound",
+    "cramer_rao",
+    "bound_at",
+    "inseparable",
+    "resolution",
+    "Likelihood",
+    "Criterion",
+]

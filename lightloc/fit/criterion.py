@@ -1,0 +1,151 @@
+"""What is better, and when it is enough: the one place that judges fits.
+
+How probable residuals are is a value, the `Likelihood`; the search asks the `Criterion` and does
+not know which likelihood that has.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lightloc.fit.noise import level_of
+from lightloc.fit.problem import Fit, Problem, cauchy, robust
+from lightloc.given import Options
+
+FEW = 0.02
+"""Of the residuals: so many may lie anywhere. Where a shadow's edge is not quite where a ray test
+says it is, an observation on its wrong side is off by all of a light: one in two hundred is, in
+rooms that another renderer made."""
+
+SHARED = 0.08
+"""Least gain in chi-square a residual where errors are shared by neighbours and do not average
+out: once indirect light was removed, and where the model proves wrong."""
+
+ESTIMATED = 1.3
+"""Chi-square a residual that noise is allowed where the errors are estimates themselves."""
+
+LUCK = 2.0
+"""Standard deviations of chi-square above its mean at which a fit is looked at again."""
+
+
+@dataclass(frozen=True)
+class Likelihood:
+    """How far off observations are.
+
+    Args:
+        scale: standard errors beyond which a residual counts less and less (Cauchy's loss).
+        known: sigma is right; else it is right but for a factor.
+        few: share of the residuals that may lie anywhere beyond ``scale``.
+        typical: chi-square a residual that noise alone leaves, at most.
+    """
+
+    scale: float = 5.0
+    known: bool = True
+    few: float = FEW
+    typical: float = 1.0
+
+    def cost(self, residual: NDArray, level: float = 1.0) -> float:
+        """Robust chi-square, standard errors being ``level`` times as large."""
+        return robust(residual / level, self.scale)
+
+    def core(self, fit: Fit) -> float:
+        """The robust chi-square without the few residuals that may lie anywhere."""
+        z = np.sort(np.abs(fit.residual).ravel())[::-1]
+        wild = z[: round(self.few * z.size)]
+        return fit.cost - robust(wild[wild > self.scale], self.scale)
+
+    def trust(self, z: NDArray) -> NDArray[np.float64]:
+        """The weight of each residual in a question about one more light; none for the few."""
+        far, few = np.abs(z), round(self.few * z.size)
+        least = np.sort(far, axis=None)[z.size - few - 1] if few else np.inf
+        weight = 1 / (1 + np.square(z / self.scale))
+        return np.where(far > max(self.scale, least), 0.0, weight)
+
+
+@dataclass(frozen=True)
+class Criterion:
+    """What decides.
+
+    Args:
+        likelihood: of the residuals.
+        significant: least gain in chi-square a new parameter, in units of the noise.
+        shared: least gain in chi-square a residual.
+        unlikely: standard deviations of chi-square above what noise explains.
+    """
+
+    likelihood: Likelihood
+    significant: float
+    unlikely: float
+    shared: float = 0.0
+
+    @staticmethod
+    def of(o: Options) -> Criterion:
+        likelihood = Likelihood(scale=o.outlier, known=o.noise == "given")
+        return Criterion(likelihood, o.significant, o.unlikely)
+
+    def after_removal(self) -> Criterion:
+        """The same for what is left once indirect light was removed."""
+        estimated = replace(self.likelihood, typical=ESTIMATED)
+        return replace(self.doubting(), likelihood=estimated)
+
+    def doubting(self) -> Criterion:
+        """The same where errors are shared by neighbours."""
+        return replace(self, shared=max(self.shared, SHARED))
+
+    def level(self, fits: Iterable[Fit]) -> float:
+        """The least residuals of any fit, in standard errors, taken for noise; 1 where less."""
+        least = min(level_of(fit.residual) for fit in fits)
+        return max(1.0 if self.likelihood.known else np.finfo(float).tiny, least)
+
+    def best(self, fits: Iterable[Fit]) -> Fit:
+        """The fit of least cost at the level of noise that the best leaves."""
+        fits = list(fits)
+        level = self.level(fits)
+        return min(fits, key=lambda fit: self.likelihood.cost(fit.residual, level))
+
+    def price(self, problem: Problem) -> float:
+        """Chi-square that a further light must gain, in units of the noise."""
+        parameters = len(problem.axes) + problem.radiance.shape[1]
+        return max(self.significant * parameters, self.shared * problem.rows)
+
+    def is_worth(self, problem: Problem, fewer: Fit, more: Fit, level: float) -> bool:
+        """Whether further lights gain what they must, and not on a handful of observations alone.
+
+        A light can always explain as many observations as it has unknowns. Without those that
+        gain most, half of the least gain must be left; so that no outlier is taken for a light.
+        """
+        lights = len(more) - len(fewer)
+        price = lights * self.price(problem)
+        scale = self.likelihood.scale
+        before, after = (cauchy(fit.residual / level, scale) for fit in (fewer, more))
+        gains = np.sort((before - after).ravel())
+        unknowns = lights * (len(problem.axes) + problem.radiance.shape[1])
+        return gains.sum() > price and gains[: max(0, len(gains) - unknowns)].sum() > price / 2
+
+    def chosen(self, problem: Problem, fits: Iterable[Fit]) -> Fit:
+        """The fit whose lights are each worth their parameters."""
+        fits = sorted(fits, key=len)
+        level, best = self.level(fits), fits[0]
+        for fit in fits[1:]:
+            if self.is_worth(problem, best, fit, level):
+                best = fit
+        return best
+
+    def is_explained(self, problem: Problem, fit: Fit) -> bool:
+        """Whether the residual is no more than noise, but for the few that may lie anywhere."""
+        most = self.likelihood.typical + self.unlikely * np.sqrt(2 / problem.rows)
+        return bool(self.likelihood.core(fit) < most * problem.rows)
+
+    def is_clean(self, problem: Problem, fit: Fit) -> bool:
+        """The same, with none left out: what is systematic does not hide among the few."""
+        most = self.likelihood.typical + self.unlikely * np.sqrt(2 / problem.rows)
+        return bool(fit.cost < most * problem.rows)
+
+    def is_likely(self, problem: Problem, fit: Fit) -> bool:
+        """Whether noise leaves as much: the stricter question, before a search may end early."""
+        most = 1 + LUCK * np.sqrt(2 / problem.rows)
+        return bool(self.likelihood.known and self.likelihood.core(fit) < most * problem.rows)

@@ -1,0 +1,82 @@
+"""How sure each B(q) is: standard errors for the search, and where they follow from B itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lightloc.given import Observations, Options
+
+DARK = 0.1
+"""Of the median standard error: none is smaller, since no sensor is exact."""
+
+Law = Callable[[NDArray], NDArray]
+
+MEDIAN_TO_SIGMA = 1.4826
+"""Standard deviation of a Gaussian over the median of its magnitude."""
+
+LAWFUL = 0.02
+"""Sigma is a function of B where it is foretold from other observations to within this."""
+
+MANY = 0.9
+"""Share of the observations for which that must hold."""
+
+SHOT = 0.01
+"""Sigma over sqrt(B mean B) from which an estimate starts where none is given; any would do."""
+
+
+def is_exact(q: Observations) -> bool:
+    """Whether the observations claim to have no errors at all."""
+    return not (q.sigma > 0).any()
+
+
+def working_sigma(q: Observations, o: Options) -> NDArray[np.float64]:
+    """The observations' standard errors with the arithmetic's own on top: (n, c), above 0."""
+    sigma = q.sigma
+    if is_exact(q) and o.noise == "estimate":
+        B = np.maximum(q.radiance, 0)
+        mean = B.mean(axis=0)
+        sigma = SHOT * np.sqrt(mean * (B + SHOT * mean))
+    mean = np.abs(q.radiance).mean() or 1.0  # all dark: any unit serves
+    model = o.relative * np.abs(q.radiance) + o.absolute * mean
+    floor = np.maximum(DARK * np.median(sigma, axis=0), np.finfo(float).tiny)
+    return np.maximum(np.hypot(sigma, model), floor)
+
+
+def level_of(z: NDArray, parameters: int = 0) -> float:
+    """The standard deviation of residuals, from their median: outliers do not count."""
+    free = max(z.size - parameters, 1) / z.size
+    return float(MEDIAN_TO_SIGMA * np.median(np.abs(z)) / np.sqrt(free))
+
+
+def law_of(radiance: NDArray, sigma: NDArray) -> Law | None:
+    """Sigma as a function of B, where it is one: None where neighbours in B do not foretell it.
+
+    Residuals weighted by a noisy B are biased: a B that is low by chance counts for more. Where
+    sigma follows from B, it is to be taken at the model's B instead.
+
+    >>> B = np.random.default_rng(0).uniform(1, 9, (200, 1))
+    >>> law = law_of(B, 0.1 * np.sqrt(B))
+    >>> bool(np.allclose(law(np.array([[4.0]])), 0.2, rtol=1e-2))
+    True
+    >>> law_of(B, np.random.default_rng(1).uniform(1, 2, B.shape)) is None
+    True
+    """
+    curves = []
+    for B, e in zip(radiance.T, sigma.T, strict=True):
+        order = np.argsort(B, kind="stable")
+        x, y = np.log(np.maximum(B[order], np.finfo(float).tiny)), np.log(e[order])
+        foretold = np.interp(x[1::2], x[::2], y[::2])
+        if np.mean(np.abs(foretold - y[1::2]) < LAWFUL) < MANY:
+            return None
+        curves.append((x, y))
+
+    def law(B: NDArray) -> NDArray:
+        logs = np.log(np.maximum(B, np.finfo(float).tiny))
+        return np.stack(
+            [np.exp(np.interp(logs[:, c], x, y)) for c, (x, y) in enumerate(curves)], axis=1
+        )
+
+    return law

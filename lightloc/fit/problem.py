@@ -1,0 +1,169 @@
+"""What is fitted to what: B(q) with its errors, lights, and the residuals that they leave."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import lsq_linear, nnls
+
+from lightloc.given import Geometry, Observations, PointLights
+from lightloc.optics import Surfels, radiance, shading, surfels
+
+
+@dataclass(frozen=True)
+class Problem:
+    """B(q), its standard errors and everything the fits share.
+
+    Args:
+        radiance, sigma: (n, c) B and its standard errors, above 0.
+        bounds: (2, 3) corners of the region that may hold lights.
+        ambient: (n, c) radiance of the same dim light from everywhere (section 6.3), whose
+            amount every fit solves for; None where there is none.
+    """
+
+    surfels: Surfels
+    radiance: NDArray[np.float64]
+    sigma: NDArray[np.float64]
+    geometry: Geometry | None
+    bounds: NDArray[np.float64]
+    ambient: NDArray[np.float64] | None = None
+
+    @staticmethod
+    def of(
+        q: Observations,
+        sigma: NDArray,
+        geometry: Geometry | None,
+        bounds: NDArray,
+        *,
+        double: bool = False,
+        ambient: NDArray | None = None,
+    ) -> Problem:
+        """Pose the problem; with ``double``, kernels compute in 64 bits."""
+        return Problem(surfels(q, double), q.radiance, sigma, geometry, bounds, ambient)
+
+    @cached_property
+    def axes(self) -> NDArray[np.intp]:
+        """The coordinates that lights may move along: two of them in a 2D scene."""
+        size = self.bounds[1] - self.bounds[0]
+        return np.flatnonzero(size > 1e-9 * size.max())
+
+    @property
+    def rows(self) -> int:
+        return self.radiance.size
+
+    @property
+    def size(self) -> float:
+        """The region's longest side, metres."""
+        return float(np.ptp(self.bounds, axis=0).max())
+
+    @cached_property
+    def nuisance(self) -> NDArray[np.float64] | None:
+        """(c, n) the ambient term in standard errors, of unit length in each channel."""
+        if self.ambient is None:
+            return None
+        u = (self.ambient / self.sigma).T
+        return u / np.maximum(np.linalg.norm(u, axis=1, keepdims=True), np.finfo(float).tiny)
+
+    def without_ambient(self, z: NDArray) -> NDArray[np.float64]:
+        """Residuals (n, c) with as much ambient light as explains them best."""
+        if self.nuisance is None:
+            return z
+        u = self.nuisance.T
+        return z - u * (u * z).sum(axis=0)
+
+    def rows_of(self, some: NDArray[np.intp]) -> Problem:
+        """The same problem posed by some of its observations."""
+        return replace(
+            self,
+            surfels=self.surfels.take(some),
+            radiance=self.radiance[some],
+            sigma=self.sigma[some],
+            ambient=None if self.ambient is None else self.ambient[some],
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Lights that were fitted, with chi-square (robust where it was asked for)."""
+
+    lights: PointLights
+    residual: NDArray[np.float64]  # (n, c), (B - model) / sigma
+    cost: float
+
+    def __len__(self) -> int:
+        return len(self.lights)
+
+
+def robust(z: NDArray, scale: float) -> float:
+    """Sum of Cauchy's loss: z^2 near zero, growing like a logarithm beyond ``scale``.
+
+    >>> robust(np.array([1e-3]), 5.0) == robust(np.array([-1e-3]), 5.0) < 1.0001e-6
+    True
+    """
+    return float(cauchy(z, scale).sum())
+
+
+def cauchy(z: NDArray, scale: float) -> NDArray[np.float64]:
+    """Cauchy's loss of each residual; the square where ``scale`` is infinite."""
+    if np.isinf(scale):
+        return np.square(z)
+    return scale**2 * np.log1p(np.square(z / scale))
+
+
+def no_lights(problem: Problem, scale: float) -> Fit:
+    """The fit of darkness."""
+    return fit_of(problem, PointLights(np.zeros((0, 3)), problem.radiance[:0]), scale)
+
+
+def fit_of(problem: Problem, lights: PointLights, scale: float) -> Fit:
+    """Lights as they are."""
+    z = residuals(problem, lights)
+    return Fit(lights, z, robust(z, scale))
+
+
+def residuals(problem: Problem, lights: PointLights) -> NDArray[np.float64]:
+    """(B - model) / sigma: (n, c)."""
+    model = radiance(problem.surfels, lights, problem.geometry)
+    return problem.without_ambient((problem.radiance - model) / problem.sigma)
+
+
+def whitened(problem: Problem, positions: NDArray) -> NDArray[np.float64]:
+    """What is linear in B / sigma: S / sigma at (k, 3) positions, and any ambient term.
+
+    Returns (n, k or k + 1, c).
+    """
+    n, c = problem.radiance.shape
+    columns = np.zeros((n, 0, c))
+    if len(positions):
+        S = shading(problem.surfels, positions, problem.geometry)
+        columns = np.broadcast_to(S, (n, len(positions), c)) / problem.sigma[:, None, :]
+    if problem.ambient is None:
+        return columns
+    return np.concatenate([columns, (problem.ambient / problem.sigma)[:, None]], axis=1)
+
+
+def amounts(problem: Problem, positions: NDArray) -> NDArray[np.float64]:
+    """Non-negative least squares for what is linear: (k or k + 1, c) of `whitened`'s columns."""
+    A, b = whitened(problem, positions), problem.radiance / problem.sigma
+    channels = [nonnegative(A[:, :, c], b[:, c]) for c in range(b.shape[1])]
+    return np.stack(channels, axis=1)
+
+
+def nonnegative(A: NDArray, b: NDArray) -> NDArray[np.float64]:
+    """The x >= 0 of least |A x - b|.
+
+    Where two dozen columns are nearly alike, the active set may go round in circles; an interior
+    method then comes near enough.
+    """
+    try:
+        return nnls(A, b)[0]
+    except RuntimeError:
+        return lsq_linear(A, b, bounds=(0, np.inf), method="trf").x
+
+
+def intensities(problem: Problem, positions: NDArray) -> NDArray[np.float64]:
+    """Non-negative least squares for the (k, c) intensities of lights at (k, 3) positions."""
+    return amounts(problem, positions)[: len(positions)]

@@ -1,0 +1,188 @@
+"""Indirect light beyond footnote 1: rendered for the lights found so far, subtracted, and again.
+
+With positions fixed, all light is linear in the intensities, B = sum I (S + H), where H is what a
+light of intensity 1 brings by way of the surfaces. So intensities follow in one step from all of
+B: subtracting sum I H with intensities from the direct part alone would overshoot wherever H is
+larger than S, as it is among metal walls. Direct light says how many lights there are and about
+where; all light together, where exactly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from lightloc.answer import (
+    MARGIN,
+    Kind,
+    Localization,
+    Reason,
+    Step,
+    Verdict,
+    judged,
+    mirrored,
+    unexplained,
+)
+from lightloc.fields import intensity_distance
+from lightloc.fit import Criterion, Fit, Problem, inseparable, level_of, resolution, working_sigma
+from lightloc.given import Observations, Options, PointLights
+from lightloc.interreflection.all_light import Split, above_zero, spread, straight, together
+
+Indirect = Callable[[NDArray[np.float64]], tuple[NDArray[np.float64], NDArray[np.float64]]]
+"""From (k, 3) positions to H(q, p) and its standard error, each (n, k, c), m^-2 sr^-1."""
+
+Search = Callable[[Observations, PointLights | None], Localization]
+"""Finds lights in direct light, going on from those that are given, if any."""
+
+Certificate = Callable[[Problem, Fit], float]
+"""The largest correlation of what a fit leaves with a further light, in standard errors."""
+
+MOST_ROUNDS = 8
+"""Metal rooms with eight lights settle in three to five (measured)."""
+
+SETTLED = 0.3
+"""Standard errors that no light may have moved in the last round."""
+
+NEAR = 3.0
+"""Standard errors of movement below which rounds refine what was found and search no more."""
+
+
+def rounds(
+    q: Observations,
+    first: Observations,
+    problem: Problem,
+    indirect: Indirect,
+    search: Search,
+    certificate: Certificate,
+    o: Options,
+    watch: Callable[[Step], None] = lambda step: None,
+) -> Localization:
+    """Search, render the indirect light of what was found, subtract it, and search again.
+
+    Args:
+        q: with all interreflected light in them.
+        first: q without it as far as that is known before any light is: by footnote 1.
+        problem: posed by ``first``.
+        indirect: H(q, p) of the room, as `render.interreflected` gives it.
+        search: the search for lights in direct light.
+        certificate: of an answer in direct light.
+        o: the search's options.
+        watch: is told each round.
+
+    Returns the last search's answer, with intensities and errors from direct and indirect light
+    together. Where the lights still move after `MOST_ROUNDS`, a verdict says so.
+    """
+
+    q = q.with_radiance(q.radiance, working_sigma(q, o), q.interreflected)
+    problem = replace(problem, radiance=q.radiance, sigma=np.ones_like(q.sigma), ambient=None)
+    found, lights = search(first, None), PointLights(np.zeros((0, 3)), np.zeros((0, q.channels)))
+    history, moved = list(found.history), np.inf
+    for turn in range(MOST_ROUNDS):
+        if moved < SETTLED or not len(found.lights):
+            break
+        order = order_like(found.lights, lights)
+        lights = PointLights(found.lights.positions[order], found.lights.intensities[order])
+        split = Split(q, straight(problem, lights), *indirect(lights.positions), o.outlier)
+        steps = [Step(f"round {turn + 1}", len(lights), found.chi2)]
+        if moved > NEAR or not explains(found):
+            I = split.intensities()
+            lit = I.any(axis=1)
+            found = search(split.direct(I), PointLights(lights.positions[lit], I[lit]))
+            steps += found.history
+        if len(found.lights) == len(lights):
+            order = np.argsort(order_like(found.lights, lights))
+            found = whole(found, split.rows(order), problem, certificate, o)
+        moved = movement(found, lights)
+        steps[0] = replace(steps[0], lights=len(found.lights), chi2=found.chi2)
+        history += steps
+        watch(steps[0])
+    if len(found.lights) and not moved < SETTLED:
+        found = unsettled(found)
+    return replace(found, history=tuple(history))
+
+
+def explains(found: Localization) -> bool:
+    """Whether no more than noise is left."""
+    return found.reason in (Reason.CONVERGED, Reason.UNDECIDED, Reason.EXTENDED)
+
+
+def movement(found: Localization, before: PointLights) -> float:
+    """How far the lights have changed, in standard errors; infinite where their number has."""
+    if len(found.lights) != len(before):
+        return np.inf
+    order = order_like(found.lights, before)
+    step = np.linalg.norm(found.lights.positions[order] - before.positions, axis=1)
+    error = np.linalg.norm(found.position_error[order], axis=1)
+    brighter = np.abs(found.lights.intensities[order] - before.intensities)
+    return max(
+        float((step / above_zero(error)).max()),
+        float((brighter / above_zero(found.intensity_error[order])).max()),
+    )
+
+
+def order_like(lights: PointLights, like: PointLights) -> NDArray[np.intp]:
+    """Indices of the lights in the order of those that they are nearest to; new ones last.
+
+    >>> like = PointLights([[0, 0, 0], [5, 0, 0]], [1.0, 2.0])
+    >>> order_like(PointLights([[9, 0, 0], [5.1, 0, 0], [0.1, 0, 0]], [3.0, 2.0, 1.0]), like)
+    array([2, 1, 0])
+    """
+    apart = np.linalg.norm(like.positions[:, None] - lights.positions, axis=2)
+    _, nearest = linear_sum_assignment(apart)
+    others = np.setdiff1d(np.arange(len(lights)), nearest)
+    return np.concatenate([nearest, others]).astype(np.intp)
+
+
+def whole(
+    found: Localization, split: Split, problem: Problem, certificate: Certificate, o: Options
+) -> Localization:
+    """The answer refined on all of B, with all that follows from it, brightest first.
+
+    Where a light is wide, the answer of the search in direct light stands.
+    """
+    if found.width.any():
+        return found
+    lights, split, _ = together(split, found.lights, problem)
+    lights, split = lights.brightest_first(), split.rows(lights.order)
+    errors = spread(split, lights, problem)
+    criterion, direct = Criterion.of(o), split.direct(lights.intensities)
+    z, cost = split.residual(lights.intensities), split.cost(lights.intensities)
+    fit = Fit(lights, z, cost)
+    posed = replace(problem, radiance=direct.radiance, sigma=direct.sigma)
+    top, _ = intensity_distance(direct, lights.positions, problem.geometry, margin=MARGIN)
+    level = max(1.0, level_of(z))
+    verdicts = [verdict for verdict in found.verdicts if verdict.kind is not Kind.MIRROR]
+    verdicts += mirrored(posed, lights, level, criterion, o)
+    reason = found.reason
+    if explains(found) and not criterion.is_explained(problem, fit):
+        reason, verdicts = Reason.NO_GAIN, [unexplained(fit, problem), *verdicts]
+    now = replace(
+        found,
+        lights=lights,
+        position_error=errors.position,
+        intensity_error=errors.intensity,
+        covariance=errors.covariance,
+        bound=top,
+        direct=direct.radiance,
+        sigma=direct.sigma,
+        residual=z,
+        chi2=cost / z.size,
+        outliers=int((np.abs(z) > o.outlier).sum()),
+        inseparable=inseparable(lights, errors.position),
+        resolution=resolution(posed, lights),
+        certificate=certificate(posed, fit),
+        reason=reason,
+        verdicts=tuple(verdicts),
+    )
+    return judged(now, problem, o)
+
+
+def unsettled(found: Localization) -> Localization:
+    """The answer where the lights still move: a verdict says so."""
+    said = f"The lights still move after {MOST_ROUNDS} rounds of rendering their indirect light."
+    verdict = Verdict(Kind.UNEXPLAINED, tuple(range(len(found.lights))), said)
+    return replace(found, reason=Reason.NO_GAIN, verdicts=(verdict, *found.verdicts))

@@ -1,0 +1,32 @@
+"""Our search: a climb from darkness to the lights that explain B (docs/solver.md).
+
+For other rooms, in pipeline order:
+
+- `Ground`: the sample of observations and the grid, whatever B is.
+- `Ladder`: the best fit of each count of lights so far.
+- `climbed`: adds lights, one by one.
+- `resumed`: goes on from lights.
+- `emptied`: exchanges lights until exact data leave nothing.
+- `settled`: the last word over all observations.
+- `concluded`: the search's answer.
+- `sharpened`: refines one hypothesis to its end.
+"""
+
+from lightloc.search.climb import climbed, resumed
+from lightloc.search.conclude import concluded
+from lightloc.search.exact import emptied
+from lightloc.search.ground import Ground
+from lightloc.search.ladder import Ladder
+from lightloc.search.polish import sharpened
+from lightloc.search.settle import settled
+
+__all__ = [
+    "Ground",
+    "Ladder",
+    "climbed",
+    "resumed",
+    "emptied",
+    "settled",
+    "concluded",
+    "sharpened",
+]

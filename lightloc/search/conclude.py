@@ -1,0 +1,68 @@
+"""The search's answer: how sure the lights are, what cannot be told, and why the search stopped."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lightloc.answer import (
+    Kind,
+    Localization,
+    Reason,
+    hidden,
+    judged,
+    localization,
+    mirrored,
+    spread_out,
+    too_few,
+    unexplained,
+)
+from lightloc.fit import Fit, Problem, bound_at, level_of, resolution
+from lightloc.given import Observations, Options
+from lightloc.search.ladder import Ladder
+from lightloc.search.wide import Extended, extended
+
+
+def concluded(
+    q: Observations, problem: Problem, fit: Fit, o: Options, ladder: Ladder
+) -> Localization:
+    """What a ladder's best, polished over all observations, says of the lights."""
+    view, count = ladder.view, len(fit)
+    criterion = view.criterion
+    wide = None if view.rough else extended(problem, fit, criterion, o.cluster)
+    left = Fit(wide.points, wide.fit.residual, wide.fit.cost) if wide else fit
+    peak = np.nan if view.rough else view.certificate(problem, left)[0]
+    if wide is None:
+        fit = Fit(fit.lights.brightest_first(), fit.residual, fit.cost)
+        width = np.zeros(len(fit))
+        wide = Extended(fit, width, bound_at(problem, fit.lights), fit.lights)
+    fit, lights = wide.fit, wide.fit.lights
+    level = max(1.0, level_of(fit.residual)) if len(lights) else 1.0
+    verdicts = [
+        *too_few(problem, lights),
+        *mirrored(problem, lights, level, criterion, o),
+        *hidden(view.dictionary.grid, view.dictionary.unseen, problem.geometry, problem.axes),
+        *spread_out(wide.width),
+    ]
+    if not len(lights):
+        few = any(verdict.kind is Kind.TOO_FEW for verdict in verdicts)
+        reason = Reason.UNDECIDED if few else Reason.DARK
+    elif not criterion.is_explained(problem, fit):
+        reason = Reason.MOST_LIGHTS if count >= o.most_lights else Reason.NO_GAIN
+        verdicts.insert(0, unexplained(fit, problem))
+    else:
+        reason = Reason.EXTENDED if wide.width.any() else Reason.CONVERGED
+    found = localization(
+        q,
+        problem,
+        fit,
+        o,
+        reason,
+        ladder.history,
+        bound=wide.bound,
+        points=wide.points,
+        resolution=np.where(wide.width > 0, np.nan, resolution(problem, lights)),
+        width=wide.width,
+        certificate=peak,
+        verdicts=tuple(verdicts),
+    )
+    return judged(found, problem, o)

@@ -1,0 +1,65 @@
+"""The last word over all observations: polish, add what the sample hid, drop what is idle."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from lightloc.fit import Descents, Fit, Problem, intensities, law_of, level_of, no_lights
+from lightloc.search.ladder import Ladder
+from lightloc.search.polish import pruned, sharpened
+
+REWEIGHTED = 2
+"""Times that sigma is taken at the model's B: the second changes it by a thousandth."""
+
+
+def settled(whole: Problem, ladder: Ladder) -> tuple[Fit, Problem]:
+    """Polish the ladder's best over all observations and drop what is idle.
+
+    Where sigma follows from B, it is then taken at the model's B, and where it is to be
+    estimated, from the residuals; the problem comes back with the errors that were used.
+    """
+    view, fit = ladder.view, ladder.best
+    criterion = view.criterion
+    if not len(fit):
+        return no_lights(whole, criterion.likelihood.scale), whole
+    law = law_of(whole.radiance, whole.sigma)
+    if view.rough:
+        return sharpened(whole, Descents.at(fit.lights), criterion), whole
+    if whole.rows > view.tight.rows:
+        fit = pruned(view.tight, fit, criterion)
+        explained = criterion.is_explained(view.tight, fit)
+        fit = sharpened(whole, Descents.at(fit.lights), criterion)
+        if explained:  # else what is left is an error of the model, and no light
+            fit = completed(whole, fit, ladder)
+    else:
+        fit = pruned(whole, sharpened(whole, Descents.at(fit.lights), criterion), criterion)
+    if criterion.likelihood.known:
+        for _ in range(REWEIGHTED):
+            if law is None:
+                break
+            model = whole.radiance - fit.residual * whole.sigma
+            whole = replace(whole, sigma=law(model))
+            fit = sharpened(whole, Descents.at(fit.lights), criterion)
+        return fit, whole
+    level = level_of(fit.residual, len(fit) * (len(whole.axes) + fit.lights.channels))
+    whole = replace(whole, sigma=whole.sigma * level)
+    return sharpened(whole, Descents.at(fit.lights), criterion), whole
+
+
+def completed(whole: Problem, fit: Fit, ladder: Ladder) -> Fit:
+    """Add lights that only all observations together show, where the certificate has its peak."""
+    view = ladder.view
+    criterion, most = view.criterion, ladder.most or view.most_lights
+    while len(fit) < most:
+        peak, where = view.certificate(whole, fit)
+        if peak**2 < criterion.price(whole):
+            return fit
+        places = np.concatenate([fit.lights.positions, where[None]])
+        start = Descents.of(places[None], intensities(whole, places)[None])
+        more = sharpened(whole, start, criterion)
+        if not criterion.is_worth(whole, fit, more, criterion.level([more])):
+            return fit
+        fit = more
+    return fit
