@@ -173,8 +173,7 @@ def test_circle(radius):
     steps = np.abs(ring - np.roll(ring, -1, axis=0)).max(axis=1)
     assert (steps == 1).all()
     assert len(np.unique(ring, axis=0)) == len(ring)
-    if radius > 1:
-        assert np.abs(np.linalg.norm(ring, axis=1) - radius).max() <= np.sqrt(0.5)
+    assert np.abs(np.linalg.norm(ring, axis=1) - radius).max() <= np.sqrt(0.5)
 
 
 def test_peak_in_three_dimensions(load):

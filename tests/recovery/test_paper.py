@@ -49,7 +49,9 @@ BELOW = {  # what the paper's rate asks for and ours does not reach; docs/table1
     "noiseless-4": "3 of 100 stop at 3 lights with an MSE below 0.0025; the paper solves all"
 }
 SOLVED = [
-    pytest.param(row, marks=pytest.mark.xfail(reason=BELOW[row])) if row in BELOW else row
+    pytest.param(row, marks=pytest.mark.xfail(strict=True, reason=BELOW[row]))
+    if row in BELOW
+    else row
     for row in ROWS
 ]
 

@@ -42,12 +42,16 @@ def test_many_lights(lights):
 def test_noisy_rooms_as_the_oracle(lights):
     """Under noise, whatever Levenberg-Marquardt from the truth solves is solved; and the MSE is
     low (Table 1's Full)."""
+    oracle, ours = set(), set()
     for number in range(4):
         room, q = columns.observed(f"noisy-{lights}-{number:03}")
         found = localize(q)
         assert columns.error(q, found.lights) < 1.05 * columns.error(q, room.lights), room.name
         if columns.is_solved(columns.from_the_truth(q, room.lights), room.lights):
-            assert columns.is_solved(found.lights, room.lights), room.name
+            oracle.add(room.name)
+        if columns.is_solved(found.lights, room.lights):
+            ours.add(room.name)
+    assert oracle and oracle <= ours
 
 
 @pytest.mark.parametrize(("discs", "lights"), [(2, 5), (4, 3), (8, 4)])
