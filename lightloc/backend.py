@@ -96,7 +96,7 @@ def types() -> Any:
     if current() == CUDA:
         import drjit.cuda.ad as module
     else:
-        import drjit.llvm.ad as module  # type: ignore[no-redef]
+        import drjit.llvm.ad as module
     return _of_64_bits(module) if _DOUBLE.get() else module
 
 

@@ -62,7 +62,7 @@ def unit_vectors(name: str, value: ArrayLike, n: int) -> NDArray[np.float64]:
     return result
 
 
-def check_radiance(name: str, radiance: NDArray, error: NDArray) -> None:
+def check_radiance(name: str, radiance: NDArray[np.floating], error: NDArray[np.floating]) -> None:
     """Refuse a radiance below zero that is said to be exact (error 0), both of one shape.
 
     Noise, and light that was subtracted, leave radiances below zero: with an error they are
@@ -82,7 +82,7 @@ def check_radiance(name: str, radiance: NDArray, error: NDArray) -> None:
 TINY_VECTOR = 1e-12  # below this a direction is lost in rounding
 
 
-def _refuse(name: str, value: NDArray, bad: NDArray, expected: str) -> None:
+def _refuse(name: str, value: NDArray[np.floating], bad: NDArray[np.bool_], expected: str) -> None:
     if bad.any():
         where = np.unravel_index(int(np.argmax(bad)), bad.shape)
         at = "".join(f"[{i}]" for i in where)

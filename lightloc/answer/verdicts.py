@@ -91,7 +91,7 @@ def uncertain(problem: Problem, lights: PointLights, bound: Bound, o: Options) -
 
 
 def clusters(
-    problem: Problem, resolution: NDArray, pairs: Sequence[tuple[int, int]], o: Options
+    problem: Problem, resolution: NDArray[np.float64], pairs: Sequence[tuple[int, int]], o: Options
 ) -> list[Verdict]:
     """Lights that could be two, and pairs that could be one."""
     found = [
@@ -105,7 +105,7 @@ def clusters(
     return found
 
 
-def spread_out(width: NDArray) -> list[Verdict]:
+def spread_out(width: NDArray[np.float64]) -> list[Verdict]:
     """Lights that have a width."""
     return [
         Verdict(

@@ -30,13 +30,15 @@ class Ceiling:
     attained: bool = False
 
 
-def lambert(albedo: NDArray, cos_w: NDArray) -> Ceiling:
+def lambert(albedo: NDArray[np.float64], cos_w: NDArray[np.float64]) -> Ceiling:
     """f = albedo / pi; ``cos_w`` (n, 1) is n . w."""
     cosine = np.where(cos_w > 0, albedo / np.pi, 0.0)
     return Ceiling(np.zeros_like(cosine), cosine, attained=True)
 
 
-def lobe(alpha: NDArray, specular: NDArray, cos_w: NDArray) -> NDArray[np.float64]:
+def lobe(
+    alpha: NDArray[np.float64], specular: NDArray[np.float64], cos_w: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """(n, c): most of F D G1(l) G1(w) / (4 n.w), with F <= 1, G1(l) <= 1 and D at its peak.
 
     D = 1 / (pi alpha^2 (cos^2 + sin^2 / alpha^2)^2) peaks at the normal where alpha <= 1, with
@@ -49,19 +51,21 @@ def lobe(alpha: NDArray, specular: NDArray, cos_w: NDArray) -> NDArray[np.float6
     return np.where(lit, specular * peak * masking / (4 * np.where(lit, cos_w, 1)), 0.0)
 
 
-def conductor(alpha: NDArray, specular: NDArray, cos_w: NDArray) -> Ceiling:
+def conductor(
+    alpha: NDArray[np.float64], specular: NDArray[np.float64], cos_w: NDArray[np.float64]
+) -> Ceiling:
     """The lobe alone."""
     flat = lobe(alpha, specular, cos_w)
     return Ceiling(flat, np.zeros_like(flat))
 
 
 def plastic(
-    alpha: NDArray,
-    diffuse: NDArray,
-    ior: NDArray,
-    specular: NDArray,
-    nonlinear: NDArray,
-    cos_w: NDArray,
+    alpha: NDArray[np.float64],
+    diffuse: NDArray[np.float64],
+    ior: NDArray[np.float64],
+    specular: NDArray[np.float64],
+    nonlinear: NDArray[np.float64],
+    cos_w: NDArray[np.float64],
 ) -> Ceiling:
     """The lobe, over a base that the coat lets at most its largest transmittance into."""
     pairs, row = np.unique(
@@ -77,7 +81,7 @@ def plastic(
     return Ceiling(flat, cosine)
 
 
-def mixed(parts: list[Ceiling], index: NDArray) -> Ceiling:
+def mixed(parts: list[Ceiling], index: NDArray[np.intp]) -> Ceiling:
     """Each point has the ceiling of its own part."""
     shape = (len(index), max(part.cosine.shape[1] for part in parts))
     flat, cosine = np.zeros(shape), np.zeros(shape)

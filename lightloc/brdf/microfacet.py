@@ -93,12 +93,14 @@ def _coat(alpha: float, mu: float, eta: float, nodes: int) -> tuple[float, float
     return float((reflected * area).sum()), float((transmitted * area).sum())
 
 
-def _smith(alpha: float, cosine: NDArray) -> NDArray:
+def _smith(alpha: float, cosine: NDArray[np.float64]) -> NDArray[np.float64]:
     cos2 = np.clip(cosine**2, 1e-12, 1)
     return 2 / (1 + np.sqrt(1 + alpha**2 * (1 - cos2) / cos2))
 
 
-def _visible_normals(alpha: float, wi: NDArray, u: NDArray, v: NDArray) -> NDArray:
+def _visible_normals(
+    alpha: float, wi: NDArray[np.float64], u: NDArray[np.float64], v: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """Map the unit square to GGX normals as seen from wi (Heitz 2018), concentric disc."""
     stretched = np.array([alpha * wi[0], alpha * wi[1], wi[2]])
     stretched /= np.linalg.norm(stretched)

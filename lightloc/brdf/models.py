@@ -53,7 +53,7 @@ class Bounded(BRDF, Protocol):
     ``cos_w`` (n, 1) is n . w at each of n points.
     """
 
-    def ceiling(self, cos_w: NDArray) -> Ceiling | None: ...
+    def ceiling(self, cos_w: NDArray[np.float64]) -> Ceiling | None: ...
 
 
 @runtime_checkable
@@ -92,7 +92,7 @@ class Lambert(Parameters):
         self.check_length(n)
         albedo = bind_parameter(self.albedo)
 
-        def slope(i, normal, v, w):
+        def slope(i: Any, normal: Any, v: Any, w: Any) -> tuple[Any, list[Any]]:
             inverse2 = dr.rcp(dr.squared_norm(v))
             along = dr.dot(normal, v)
             lit = (along > 0) & (dr.dot(normal, w) > 0)
@@ -102,7 +102,7 @@ class Lambert(Parameters):
 
         return slope
 
-    def ceiling(self, cos_w: NDArray) -> Ceiling:
+    def ceiling(self, cos_w: NDArray[np.float64]) -> Ceiling:
         return ceiling.lambert(self.albedo, cos_w)
 
 
@@ -136,7 +136,7 @@ class Conductor(Parameters):
         eta = None if self.eta is None else bind_parameter(self.eta)
         k = None if self.k is None else bind_parameter(self.k)
 
-        def scatter(i, normal, l, w):
+        def scatter(i: Any, normal: Any, l: Any, w: Any) -> Any:
             lit, value, cos_h = _microfacet(alpha(i), normal, l, w)
             value = value * specular(i)
             if eta is not None and k is not None:
@@ -145,7 +145,7 @@ class Conductor(Parameters):
 
         return scatter
 
-    def ceiling(self, cos_w: NDArray) -> Ceiling:
+    def ceiling(self, cos_w: NDArray[np.float64]) -> Ceiling:
         return ceiling.conductor(self.alpha, self.specular, cos_w)
 
 
@@ -192,14 +192,14 @@ class Plastic(Parameters):
         diffuse, specular = bind_parameter(self.diffuse), bind_parameter(self.specular)
         nonlinear = bind_parameter(self.nonlinear)
 
-        def transmitted(i, cosine):
+        def transmitted(i: Any, cosine: Any) -> Any:
             x = dr.clip(cosine, 0, 1) * (TABLE_NODES - 1)
             cell = dr.minimum(f.UInt32(dr.detach(x)), TABLE_NODES - 2)
             at = f.UInt32(row_of(i)) + cell
             t = x - f.Float(cell)
             return dr.lerp(dr.gather(f.Float, table, at), dr.gather(f.Float, table, at + 1), t)
 
-        def scatter(i, normal, l, w):
+        def scatter(i: Any, normal: Any, l: Any, w: Any) -> Any:
             lit, value, cos_h = _microfacet(alpha(i), normal, l, w)
             cos_l, cos_w = dr.dot(normal, l), dr.dot(normal, w)
             base = diffuse(i)
@@ -210,7 +210,7 @@ class Plastic(Parameters):
 
         return scatter
 
-    def ceiling(self, cos_w: NDArray) -> Ceiling:
+    def ceiling(self, cos_w: NDArray[np.float64]) -> Ceiling:
         parts = (self.alpha, self.diffuse, self.ior, self.specular, self.nonlinear)
         return ceiling.plastic(*parts, cos_w)
 
@@ -255,7 +255,7 @@ class Mixed:
         which = f.UInt32(self.index)
         parts = [brdf.bind(n) for brdf in self.brdfs]
 
-        def scatter(i, normal, l, w):
+        def scatter(i: Any, normal: Any, l: Any, w: Any) -> Any:
             mine = dr.gather(f.UInt32, which, i)
             total = parts[0](i, normal, l, w)
             for b, part in enumerate(parts[1:], start=1):
@@ -264,7 +264,7 @@ class Mixed:
 
         return scatter
 
-    def ceiling(self, cos_w: NDArray) -> Ceiling | None:
+    def ceiling(self, cos_w: NDArray[np.float64]) -> Ceiling | None:
         parts = [brdf.ceiling(cos_w) for brdf in self.brdfs if isinstance(brdf, Bounded)]
         known = [part for part in parts if part is not None]
         return ceiling.mixed(known, self.index) if len(known) == len(self.brdfs) else None

@@ -33,7 +33,7 @@ class Parameters:
             raise ValueError(f"{label} has {value.shape[1]} channels; expected 1 or 3")
         object.__setattr__(self, name, value)
 
-    def parameters(self) -> dict[str, NDArray]:
+    def parameters(self) -> dict[str, NDArray[np.float64]]:
         """The parameters that are set, by name, each (1 or n, 1 or 3)."""
         return {
             field.name: value
@@ -54,7 +54,7 @@ class Parameters:
                 )
 
 
-def bind_parameter(value: NDArray) -> Callable[[Any], Any]:
+def bind_parameter(value: NDArray[np.floating]) -> Callable[[Any], Any]:
     """A parameter (1 or n, 1 or 3) as a function of the observation's index in a kernel."""
     f = types()
     kind = f.Float if value.shape[1] == 1 else f.Array3f

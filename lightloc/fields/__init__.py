@@ -9,8 +9,9 @@ For other rooms, in pipeline order:
 - `NO_LIMITER`: L(p) where no observation limits.
 """
 
-from lightloc.fields.field import NO_LIMITER, Field, intensity, intensity_distance
+from lightloc.fields.field import Field, intensity, intensity_distance
 from lightloc.fields.grid import Grid
+from lightloc.fields.ranking import NO_LIMITER
 
 __all__ = [
     "Grid",

@@ -44,7 +44,7 @@ class Volumes:
 
     @staticmethod
     def around(
-        start: NDArray, x: NDArray[np.float64], n: NDArray[np.float64], span: float
+        start: NDArray[np.int64], x: NDArray[np.float64], n: NDArray[np.float64], span: float
     ) -> Volumes:
         """Bound runs of (n, 3) positions and normals; ``span`` is the size of the region."""
         first, run = start[:-1], np.repeat(np.arange(len(start) - 1), np.diff(start))
@@ -62,7 +62,7 @@ class Volumes:
     def __len__(self) -> int:
         return len(self.shape)
 
-    def records(self, *weights: NDArray) -> Any:
+    def records(self, *weights: NDArray[np.float64]) -> Any:
         """``shape`` and the largest of each (n, k) weight in each run, for `bound`."""
         most = [np.maximum.reduceat(w, self.start[:-1]) * (1 + SLACK) for w in weights]
         return records(np.column_stack([self.shape, *most]))
@@ -82,7 +82,7 @@ class Clusters:
     levels: list[Volumes]
 
     @staticmethod
-    def of(x: NDArray, n: NDArray, span: float) -> Clusters:
+    def of(x: NDArray[np.float64], n: NDArray[np.float64], span: float) -> Clusters:
         """Cluster (n, 3) positions with their normals; ``span`` is the size of the region."""
         x, n = _float32(x), _float32(n)
         order, start = kd_order(np.concatenate([x, n * span], axis=1), LEAF)
@@ -102,7 +102,9 @@ class Clusters:
         return f.UInt32(self.levels[0].start.astype(np.uint32)), numbers
 
 
-def kd_order(features: NDArray, leaf: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def kd_order(
+    features: NDArray[np.float64], leaf: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Halve (n, d) points along their widest axis until at most ``leaf`` are together.
 
     Returns the order (n,) and where in it each leaf starts, n at the end.
@@ -123,7 +125,7 @@ def kd_order(features: NDArray, leaf: int) -> tuple[NDArray[np.int64], NDArray[n
     return order, np.concatenate([[0], np.cumsum(size)])
 
 
-def records(rows: NDArray) -> Any:
+def records(rows: NDArray[np.float64]) -> Any:
     """(m, r) numbers as one Dr.Jit array of rows as long as a power of two, to gather whole.
 
     Rows that share a cache line are read several times as fast as columns, if the memory is
@@ -169,6 +171,6 @@ def bound(
     return [dr.select(near2 > TOUCHING, value, dr.inf) for value in result]
 
 
-def _float32(v: NDArray) -> NDArray[np.float64]:
+def _float32(v: NDArray[np.float64]) -> NDArray[np.float64]:
     """As kernels will see it."""
     return np.asarray(v, np.float32).astype(np.float64)

@@ -42,7 +42,7 @@ class Tie:
         lights: how many lights have those coordinates and intensities.
     """
 
-    matrix: NDArray[np.float64]
+    matrix: NDArray[np.floating]
     lights: int
 
 
@@ -55,8 +55,8 @@ class Indirect:
         noise: (k, c) what the error of ``around`` adds to the normal equations' diagonal.
     """
 
-    around: NDArray[np.float64]
-    noise: NDArray[np.float64]
+    around: NDArray[np.floating]
+    noise: NDArray[np.floating]
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,23 +67,23 @@ class Place:
     Shadows are kept with the positions where they were taken: V, its slope, and those positions.
     """
 
-    x: NDArray  # (m, u)
-    positions: NDArray  # (m, k, 3)
-    intensities: NDArray  # (m, k, c)
-    chi2: NDArray  # (m,)
-    A: NDArray  # (m, u, u)
-    g: NDArray  # (m, u)
-    Q: NDArray  # (m, c n, u), times the root of each residual's weight; of no length in 32 bits
-    R: NDArray  # (m, u, u + 1), Q^T r in the last column; of no length in 32 bits
-    seen: NDArray  # (m, k, n), V; of no length where nothing occludes
-    turn: NDArray  # (m, d, k, n), its slope; of no length where edges are hard
-    taken: NDArray  # (m, k, 3)
+    x: NDArray[np.float64]  # (m, u)
+    positions: NDArray[np.float64]  # (m, k, 3)
+    intensities: NDArray[np.float64]  # (m, k, c)
+    chi2: NDArray[np.float64]  # (m,)
+    A: NDArray[np.float64]  # (m, u, u)
+    g: NDArray[np.float64]  # (m, u)
+    Q: NDArray[np.floating]  # (m, c n, u), times the root of each weight; empty in 32 bits
+    R: NDArray[np.floating]  # (m, u, u + 1), Q^T r in the last column; empty in 32 bits
+    seen: NDArray[np.floating]  # (m, k, n), V; of no length where nothing occludes
+    turn: NDArray[np.floating]  # (m, d, k, n), its slope; of no length where edges are hard
+    taken: NDArray[np.float64]  # (m, k, 3)
 
-    def rows(self, some: NDArray) -> Place:
+    def rows(self, some: NDArray[np.intp]) -> Place:
         """Some of them."""
         return Place(*(getattr(self, one.name)[some] for one in fields(self)))
 
-    def replaced(self, some: NDArray, by: Place) -> Place:
+    def replaced(self, some: NDArray[np.intp], by: Place) -> Place:
         """These with some replaced."""
         if len(some) == len(self.chi2):
             return by
@@ -115,7 +115,12 @@ class Model:
         """Lights, free coordinates of each, channels."""
         return self.k, len(self.problem.axes), self.problem.radiance.shape[1]
 
-    def begun(self, positions: NDArray, intensities: NDArray, loss: NDArray) -> Place:
+    def begun(
+        self,
+        positions: NDArray[np.float64],
+        intensities: NDArray[np.float64],
+        loss: NDArray[np.float64],
+    ) -> Place:
         """The starts (m, k, 3), (m, k, c), within their limits."""
         k, d, _ = self.shape
         m, n = len(positions), self.problem.surfels.n
@@ -133,7 +138,7 @@ class Model:
         return self.place(np.clip(x, *self.limits), loss, seen, turn, taken)
 
     @cached_property
-    def limits(self) -> tuple[NDArray, NDArray]:
+    def limits(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """The least and the largest of each unknown: (u,), (u,)."""
         k, d, c = self.shape
         u, k = (self.tie.matrix.shape[1], self.tie.lights) if self.tie else (k * (d + c), k)
@@ -146,7 +151,7 @@ class Model:
             low[k * d : k * (d + c)] = 0.0
         return low, high
 
-    def lights(self, x: NDArray) -> tuple[NDArray, NDArray]:
+    def lights(self, x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Positions (m, k, 3) and intensities (m, k, c)."""
         k, d, c = self.shape
         x = x @ self.tie.matrix.T if self.tie else x
@@ -164,7 +169,7 @@ class Model:
     def logarithmic(self) -> bool:
         return self.unknown is Unknown.LOGARITHM
 
-    def shortened(self, step: NDArray) -> NDArray:
+    def shortened(self, step: NDArray[np.float64]) -> NDArray[np.float64]:
         """A step (m, u) that changes no intensity's logarithm by more than `BRIGHTER`."""
         k, d, _ = self.shape
         if self.logarithmic:
@@ -172,13 +177,18 @@ class Model:
             step[:, k * d :] = np.clip(step[:, k * d :], -BRIGHTER, BRIGHTER)
         return step
 
-    def moved(self, place: Place, step: NDArray, loss: NDArray) -> Place:
+    def moved(self, place: Place, step: NDArray[np.float64], loss: NDArray[np.float64]) -> Place:
         """A step (m, u) on, within the limits."""
         x = np.clip(place.x + self.shortened(step), *self.limits)
         return self.place(x, loss, place.seen.copy(), place.turn.copy(), place.taken.copy())
 
     def place(
-        self, x: NDArray, loss: NDArray, seen: NDArray, turn: NDArray, taken: NDArray
+        self,
+        x: NDArray[np.float64],
+        loss: NDArray[np.float64],
+        seen: NDArray[np.floating],
+        turn: NDArray[np.floating],
+        taken: NDArray[np.float64],
     ) -> Place:
         """What is left at x, and the normal equations; shadows are brought up to date."""
         problem, (k, d, c) = self.problem, self.shape
@@ -244,7 +254,7 @@ class Model:
         R = np.concatenate([R, (left[:, None] @ Q).swapaxes(1, 2)], axis=2) if exact else R
         return Place(x, positions, intensities, chi2, A, g, Q, R, seen, turn, taken)
 
-    def left(self, lit: NDArray, channel: int) -> NDArray:
+    def left(self, lit: NDArray[np.floating], channel: int) -> NDArray[np.floating]:
         """(m, n) residuals in standard errors, of what (m, k, n) each light brings in these."""
         weight = 1 / self.problem.sigma[:, channel]
         r = lit.sum(axis=1, dtype=float) - self.problem.radiance[:, channel] * weight
@@ -253,7 +263,7 @@ class Model:
         u = self.problem.nuisance[channel]
         return r - (r @ u)[:, None] * u
 
-    def bent(self, place: Place, step: NDArray) -> NDArray:
+    def bent(self, place: Place, step: NDArray[np.float64]) -> NDArray[np.floating]:
         """Q^T of how residuals bend along a step (m, u), their second derivative: (m, u, 1)."""
         k, _, c = self.shape
         step = self.shortened(step)
@@ -270,7 +280,13 @@ class Model:
         ahead = (np.concatenate(r, axis=1)[:, None] @ place.Q).swapaxes(1, 2)
         return 2 / AHEAD * ((ahead - b) / AHEAD - R @ step[:, :, None])
 
-    def shadowed(self, positions: NDArray, seen: NDArray, turn: NDArray, taken: NDArray) -> NDArray:
+    def shadowed(
+        self,
+        positions: NDArray[np.float64],
+        seen: NDArray[np.floating],
+        turn: NDArray[np.floating],
+        taken: NDArray[np.float64],
+    ) -> NDArray[np.floating]:
         """V (m, k, n); ``seen``, its slope, and where taken, anew for lights that moved too far."""
         problem, axes = self.problem, self.problem.axes
         off = positions - taken
@@ -286,7 +302,9 @@ class Model:
         return np.clip(seen + np.einsum("mdkn,mkd->mkn", turn, step), 0, 1)
 
 
-def cauchy(r: NDArray, loss: NDArray) -> tuple[NDArray, NDArray | None]:
+def cauchy(
+    r: NDArray[np.floating], loss: NDArray[np.float64]
+) -> tuple[NDArray[np.floating], NDArray[np.floating] | None]:
     """Cauchy's loss over (m, n) residuals, and the weight that each then has; None for 1."""
     if np.isinf(loss).all():
         return np.square(r).sum(axis=1), None

@@ -48,7 +48,7 @@ class Likelihood:
     few: float = FEW
     typical: float = 1.0
 
-    def cost(self, residual: NDArray, level: float = 1.0) -> float:
+    def cost(self, residual: NDArray[np.float64], level: float = 1.0) -> float:
         """Robust chi-square, standard errors being ``level`` times as large."""
         return robust(residual / level, self.scale)
 
@@ -58,7 +58,7 @@ class Likelihood:
         wild = z[: round(self.few * z.size)]
         return fit.cost - robust(wild[wild > self.scale], self.scale)
 
-    def trust(self, z: NDArray) -> NDArray[np.float64]:
+    def trust(self, z: NDArray[np.float64]) -> NDArray[np.float64]:
         """The weight of each residual in a question about one more light; none for the few."""
         far, few = np.abs(z), round(self.few * z.size)
         least = np.sort(far, axis=None)[z.size - few - 1] if few else np.inf

@@ -132,7 +132,7 @@ def covariance_of(J: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.nansum(spread, axis=0) / np.outer(size, size)
 
 
-def inseparable(lights: PointLights, error: NDArray) -> tuple[tuple[int, int], ...]:
+def inseparable(lights: PointLights, error: NDArray[np.float64]) -> tuple[tuple[int, int], ...]:
     """Pairs of lights nearer to each other than twice their joint standard error."""
     pairs = []
     for a in range(len(lights)):
@@ -176,7 +176,7 @@ def resolution(problem: Problem, lights: PointLights) -> NDArray[np.float64]:
     return result
 
 
-def _span(J: NDArray) -> NDArray[np.float64]:
+def _span(J: NDArray[np.float64]) -> NDArray[np.float64]:
     """An orthonormal basis of J's columns."""
     size = np.linalg.norm(J, axis=0)
     U, s, _ = np.linalg.svd(J[:, size > 0] / size[size > 0], full_matrices=False)

@@ -168,7 +168,9 @@ def normal_equations(problem: Problem, one: Descents, loss: float) -> NDArray[np
     return model.begun(one.positions, one.intensities, np.array([loss])).A[0]
 
 
-def damped_steps(model: Model, place: Place, damping: NDArray) -> tuple[NDArray, NDArray]:
+def damped_steps(
+    model: Model, place: Place, damping: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """The damped Gauss-Newton steps (m, u) and the fall of chi-square that each promises.
 
     In 64 bits a step bends as the residuals do along it (geodesic acceleration: Transtrum and
@@ -183,7 +185,7 @@ def damped_steps(model: Model, place: Place, damping: NDArray) -> tuple[NDArray,
         damped = np.sqrt(damping)[:, None, None] * np.eye(u)
         Q, R = np.linalg.qr(np.concatenate([place.R[:, :, :u] / root[:, None], damped], axis=1))
 
-        def solved(b: NDArray) -> NDArray:
+        def solved(b: NDArray[np.floating]) -> NDArray[np.float64]:
             return -np.linalg.solve(R, Q[:, :rows].swapaxes(1, 2) @ b)[:, :, 0] / root
 
         step = solved(place.R[:, :, u:])

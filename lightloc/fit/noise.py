@@ -12,7 +12,7 @@ from lightloc.given import Observations, Options
 DARK = 0.1
 """Of the median standard error: none is smaller, since no sensor is exact."""
 
-Law = Callable[[NDArray], NDArray]
+Law = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
 MEDIAN_TO_SIGMA = 1.4826
 """Standard deviation of a Gaussian over the median of its magnitude."""
@@ -45,13 +45,13 @@ def working_sigma(q: Observations, o: Options) -> NDArray[np.float64]:
     return np.maximum(np.hypot(sigma, model), floor)
 
 
-def level_of(z: NDArray, parameters: int = 0) -> float:
+def level_of(z: NDArray[np.float64], parameters: int = 0) -> float:
     """The standard deviation of residuals, from their median: outliers do not count."""
     free = max(z.size - parameters, 1) / z.size
     return float(MEDIAN_TO_SIGMA * np.median(np.abs(z)) / np.sqrt(free))
 
 
-def law_of(radiance: NDArray, sigma: NDArray) -> Law | None:
+def law_of(radiance: NDArray[np.float64], sigma: NDArray[np.float64]) -> Law | None:
     """Sigma as a function of B, where it is one: None where neighbours in B do not foretell it.
 
     Residuals weighted by a noisy B are biased: a B that is low by chance counts for more. Where
@@ -73,7 +73,7 @@ def law_of(radiance: NDArray, sigma: NDArray) -> Law | None:
             return None
         curves.append((x, y))
 
-    def law(B: NDArray) -> NDArray:
+    def law(B: NDArray[np.float64]) -> NDArray[np.float64]:
         logs = np.log(np.maximum(B, np.finfo(float).tiny))
         return np.stack(
             [np.exp(np.interp(logs[:, c], x, y)) for c, (x, y) in enumerate(curves)], axis=1

@@ -34,12 +34,12 @@ class Problem:
     @staticmethod
     def of(
         q: Observations,
-        sigma: NDArray,
+        sigma: NDArray[np.float64],
         geometry: Geometry | None,
-        bounds: NDArray,
+        bounds: NDArray[np.float64],
         *,
         double: bool = False,
-        ambient: NDArray | None = None,
+        ambient: NDArray[np.float64] | None = None,
     ) -> Problem:
         """Pose the problem; with ``double``, kernels compute in 64 bits."""
         return Problem(surfels(q, double), q.radiance, sigma, geometry, bounds, ambient)
@@ -67,7 +67,7 @@ class Problem:
         u = (self.ambient / self.sigma).T
         return u / np.maximum(np.linalg.norm(u, axis=1, keepdims=True), np.finfo(float).tiny)
 
-    def without_ambient(self, z: NDArray) -> NDArray[np.float64]:
+    def without_ambient(self, z: NDArray[np.float64]) -> NDArray[np.float64]:
         """Residuals (n, c) with as much ambient light as explains them best."""
         if self.nuisance is None:
             return z
@@ -97,7 +97,7 @@ class Fit:
         return len(self.lights)
 
 
-def robust(z: NDArray, scale: float) -> float:
+def robust(z: NDArray[np.float64], scale: float) -> float:
     """Sum of Cauchy's loss: z^2 near zero, growing like a logarithm beyond ``scale``.
 
     >>> robust(np.array([1e-3]), 5.0) == robust(np.array([-1e-3]), 5.0) < 1.0001e-6
@@ -106,7 +106,7 @@ def robust(z: NDArray, scale: float) -> float:
     return float(cauchy(z, scale).sum())
 
 
-def cauchy(z: NDArray, scale: float) -> NDArray[np.float64]:
+def cauchy(z: NDArray[np.float64], scale: float) -> NDArray[np.float64]:
     """Cauchy's loss of each residual; the square where ``scale`` is infinite."""
     if np.isinf(scale):
         return np.square(z)
@@ -130,7 +130,7 @@ def residuals(problem: Problem, lights: PointLights) -> NDArray[np.float64]:
     return problem.without_ambient((problem.radiance - model) / problem.sigma)
 
 
-def whitened(problem: Problem, positions: NDArray) -> NDArray[np.float64]:
+def whitened(problem: Problem, positions: NDArray[np.float64]) -> NDArray[np.float64]:
     """What is linear in B / sigma: S / sigma at (k, 3) positions, and any ambient term.
 
     Returns (n, k or k + 1, c).
@@ -145,14 +145,14 @@ def whitened(problem: Problem, positions: NDArray) -> NDArray[np.float64]:
     return np.concatenate([columns, (problem.ambient / problem.sigma)[:, None]], axis=1)
 
 
-def amounts(problem: Problem, positions: NDArray) -> NDArray[np.float64]:
+def amounts(problem: Problem, positions: NDArray[np.float64]) -> NDArray[np.float64]:
     """Non-negative least squares for what is linear: (k or k + 1, c) of `whitened`'s columns."""
     A, b = whitened(problem, positions), problem.radiance / problem.sigma
     channels = [nonnegative(A[:, :, c], b[:, c]) for c in range(b.shape[1])]
     return np.stack(channels, axis=1)
 
 
-def nonnegative(A: NDArray, b: NDArray) -> NDArray[np.float64]:
+def nonnegative(A: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
     """The x >= 0 of least |A x - b|.
 
     Where two dozen columns are nearly alike, the active set may go round in circles; an interior
@@ -164,6 +164,6 @@ def nonnegative(A: NDArray, b: NDArray) -> NDArray[np.float64]:
         return lsq_linear(A, b, bounds=(0, np.inf), method="trf").x
 
 
-def intensities(problem: Problem, positions: NDArray) -> NDArray[np.float64]:
+def intensities(problem: Problem, positions: NDArray[np.float64]) -> NDArray[np.float64]:
     """Non-negative least squares for the (k, c) intensities of lights at (k, 3) positions."""
     return amounts(problem, positions)[: len(positions)]

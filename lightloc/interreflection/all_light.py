@@ -207,5 +207,5 @@ def straight(problem: Problem, lights: PointLights) -> NDArray[np.float64]:
     return shading(problem.surfels, lights.positions, problem.geometry)
 
 
-def above_zero(value: NDArray) -> NDArray[np.float64]:
+def above_zero(value: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.maximum(value, np.finfo(float).tiny)

@@ -58,7 +58,7 @@ class RadianceCache:
         x, y_, z = (f.UInt32(v) for v in at)
         return (x * int(self.shape[1]) + y_) * int(self.shape[2]) + z
 
-    def neighbours(self, cells: NDArray) -> NDArray[np.uint32]:
+    def neighbours(self, cells: NDArray[np.intp]) -> NDArray[np.uint32]:
         """(m, NEIGHBOURS) nearest observations of each cell's centre."""
         where = np.stack(np.unravel_index(cells, self.shape), axis=1)
         centres = self.lower + (where + 0.5) * self.step
@@ -103,7 +103,7 @@ def _gather(
     first: int,
     count: int,
     seed: int,
-) -> NDArray:
+) -> NDArray[np.float64]:
     """Mean of f (n . d) L / pdf over each group of rays: (count * GROUPS, c)."""
     f = types()
     rays = STRATA * STRATA

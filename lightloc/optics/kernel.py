@@ -30,12 +30,12 @@ class Surfels:
     material: BRDF | None = None  # what ``scatter`` was bound from, where it is known
     double: bool = False  # whether kernels over these compute in 64 bits
 
-    def take(self, some: NDArray) -> Surfels:
+    def take(self, some: NDArray[np.intp]) -> Surfels:
         """Some of the surfels, renumbered from 0."""
         with doubles(self.double):
             return self._take(some)
 
-    def _take(self, some: NDArray) -> Surfels:
+    def _take(self, some: NDArray[np.intp]) -> Surfels:
         f = types()
         rows = f.UInt32(np.asarray(some, np.uint32))
         scatter, slope = self.scatter, self.slope
@@ -86,7 +86,7 @@ def surfels(q: Observations, double: bool = False) -> Surfels:
         )
 
 
-def columns(v: NDArray) -> Any:
+def columns(v: NDArray[np.float64]) -> Any:
     """An (n, 3) array as an Array3f."""
     return types().Array3f(*(reals(column) for column in v.T))
 

@@ -33,7 +33,7 @@ def visible_about(
     return mean / len(cloud), slope / (len(cloud) * blur)
 
 
-def _round(points: NDArray) -> NDArray[np.float64]:
+def _round(points: NDArray[np.float64]) -> NDArray[np.float64]:
     """Points with mean 0 and unit variance along each axis that they span."""
     points = points - points.mean(axis=0)
     spread = np.sqrt(np.square(points).mean(axis=0))

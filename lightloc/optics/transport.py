@@ -47,7 +47,9 @@ def shading(
     return shaded(s, points, geometry).transpose(2, 1, 0).astype(float)
 
 
-def shaded(s: Surfels, positions: NDArray, geometry: Geometry | None) -> NDArray:
+def shaded(
+    s: Surfels, positions: NDArray[np.float64], geometry: Geometry | None
+) -> NDArray[np.floating]:
     """S at (k, 3) positions as (c, k, n), in the kernel's own precision."""
     blocks = []
     with doubles(s.double):
@@ -85,8 +87,8 @@ def shading_gradient(
 
 
 def slopes(
-    s: Surfels, positions: NDArray, axes: Sequence[int] | NDArray[np.intp] = (0, 1, 2)
-) -> tuple[NDArray, NDArray]:
+    s: Surfels, positions: NDArray[np.float64], axes: Sequence[int] | NDArray[np.intp] = (0, 1, 2)
+) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
     """S with V = 1 and dS/dp at (k, 3) positions, in the kernel's own precision.
 
     Returns (c, k, n) and (c, d, k, n), where d is the number of axes.
@@ -104,11 +106,11 @@ def slopes(
 
 def shadows(
     s: Surfels,
-    positions: NDArray,
+    positions: NDArray[np.float64],
     geometry: Geometry | None,
     blur: float = 0.0,
     axes: Sequence[int] | NDArray[np.intp] = (0, 1, 2),
-) -> tuple[NDArray, NDArray | None]:
+) -> tuple[NDArray[np.floating], NDArray[np.floating] | None]:
     """V between every observation and (k, 3) positions: (k, n), and its slope (d, k, n).
 
     0 or 1 and no slope without ``blur``; else as `visible_about` says.
@@ -129,14 +131,14 @@ def shadows(
     return _joined(seen, 0), _joined(slope, 1) if soft else None
 
 
-def _numpy(value: Any, k: int, n: int) -> NDArray:
+def _numpy(value: Any, k: int, n: int) -> NDArray[np.float64]:
     """A kernel's Float or Array3f over pairs as (c, k, n)."""
     if dr.depth_v(value) == 1:
         return np.broadcast_to(value.numpy(), k * n).reshape(1, k, n)
     return np.stack([np.broadcast_to(c.numpy(), k * n).reshape(k, n) for c in value])
 
 
-def _joined(blocks: list[NDArray], axis: int) -> NDArray:
+def _joined(blocks: list[NDArray[np.float64]], axis: int) -> NDArray[np.float64]:
     return blocks[0] if len(blocks) == 1 else np.concatenate(blocks, axis=axis)
 
 

@@ -130,7 +130,7 @@ def grid_over(bounds: NDArray[np.float64], o: Paper) -> Grid:
     return Grid(bounds[0], bounds[1], (shape[0], shape[1], shape[2]))
 
 
-def rendered(problem: Problem, positions: NDArray) -> NDArray[np.float64]:
+def rendered(problem: Problem, positions: NDArray[np.float64]) -> NDArray[np.float64]:
     """S(q, p): (n, k); what "Render" of section 5 needs to know of the lights' positions."""
     if not len(positions):
         return np.zeros((problem.rows, 0))
@@ -138,7 +138,7 @@ def rendered(problem: Problem, positions: NDArray) -> NDArray[np.float64]:
 
 
 def votes_of(
-    field: Field, grid: Grid, B: NDArray, surface: Surface, radius: float, o: Paper
+    field: Field, grid: Grid, B: NDArray[np.float64], surface: Surface, radius: float, o: Paper
 ) -> list[Votes]:
     """V(p) of each of k radiances (n, k), which share S."""
     _, L = field.limits(np.maximum(B, 0))
@@ -150,7 +150,9 @@ def peaks_of(votes: Votes, n: int, radius: float, o: Paper) -> NDArray[np.float6
     return votes.peaks(o.height * n, radius, merge=o.merge, lowering=o.lowering or LOWERING)
 
 
-def associate(candidates: NDArray, hypotheses: NDArray, reach: float) -> NDArray[np.intp]:
+def associate(
+    candidates: NDArray[np.float64], hypotheses: NDArray[np.float64], reach: float
+) -> NDArray[np.intp]:
     """(m,) the nearest hypothesis of each candidate, -1 where none lies within reach (5.1)."""
     if not len(hypotheses):
         return np.full(len(candidates), -1)
@@ -159,7 +161,7 @@ def associate(candidates: NDArray, hypotheses: NDArray, reach: float) -> NDArray
 
 
 def optimize(
-    problem: Problem, positions: NDArray, grid: Grid, radius: float, o: Paper
+    problem: Problem, positions: NDArray[np.float64], grid: Grid, radius: float, o: Paper
 ) -> tuple[PointLights, float]:
     """Section 5.2: intensities alone, which is linear, then Levenberg-Marquardt; with its MSE.
 
@@ -195,7 +197,9 @@ def optimize(
     return _lights(read_p, read_I[:, 0]), float(np.square(error).mean())
 
 
-def _read(p: NDArray, I: NDArray, grid: Grid, o: Paper) -> tuple[NDArray, NDArray]:
+def _read(
+    p: NDArray[np.float64], I: NDArray[np.float64], grid: Grid, o: Paper
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     bright = I[:, 0] > o.increment
     p, I = p[bright], I[bright]
     one = 2 * grid.step.max()
@@ -212,8 +216,8 @@ def _read(p: NDArray, I: NDArray, grid: Grid, o: Paper) -> tuple[NDArray, NDArra
 
 def refined(
     problem: Problem,
-    p: NDArray,
-    I: NDArray,
+    p: NDArray[np.float64],
+    I: NDArray[np.float64],
     field: Field,
     grid: Grid,
     surface: Surface,
@@ -232,5 +236,5 @@ def refined(
     return moved
 
 
-def _lights(p: NDArray, I: NDArray) -> PointLights:
+def _lights(p: NDArray[np.float64], I: NDArray[np.float64]) -> PointLights:
     return PointLights(p, np.maximum(I, 0)[:, None])

@@ -161,7 +161,7 @@ class Geodesic:
 
 
 def _neighbours(
-    tree: cKDTree, x: NDArray, normal: NDArray
+    tree: cKDTree, x: NDArray[np.float64], normal: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.intp], NDArray[np.bool_]]:
     """The nearest on the same side: (n, k) how far, which, and whether there is one, each."""
     apart, near = tree.query(x, k=min(BOTH_SIDES * NEIGHBOURS + 1, len(x)))
@@ -172,7 +172,7 @@ def _neighbours(
     return nearest[0], nearest[1], nearest[2]
 
 
-def _blocks(x: NDArray, side: float) -> Iterator[NDArray[np.intp]]:
+def _blocks(x: NDArray[np.float64], side: float) -> Iterator[NDArray[np.intp]]:
     """Indices of the points in each cube of a side, at most `ROWS` at once."""
     cell = np.floor((x - x.min(axis=0)) / side)
     _, which = np.unique(cell, axis=0, return_inverse=True)
@@ -182,7 +182,7 @@ def _blocks(x: NDArray, side: float) -> Iterator[NDArray[np.intp]]:
 
 
 def _within(
-    graph: csr_array, x: NDArray, tree: cKDTree, rows: NDArray[np.intp], reach: float
+    graph: csr_array, x: NDArray[np.float64], tree: cKDTree, rows: NDArray[np.intp], reach: float
 ) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64]]:
     """Paths from ``rows`` that are no longer than the reach: (from, to, length).
 

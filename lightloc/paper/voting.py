@@ -113,15 +113,17 @@ def circle(radius: int) -> NDArray[np.intp]:
 
 
 def _circle(
-    L: NDArray, surface: Surface, T: float, radius: int
+    L: NDArray[np.intp], surface: Surface, T: float, radius: int
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Consecutive pixels are neighbours, so there are but four kinds of pairs to measure."""
     nx, ny, _ = L.shape
     pad = radius + 1
     wide = np.pad(L[:, :, 0].astype(np.int64), pad, constant_values=NO_LIMITER)
-    pairs: dict[tuple[int, int], tuple[NDArray, NDArray]] = {}
+    pairs: dict[tuple[int, int], tuple[NDArray[np.float32], NDArray[np.bool_]]] = {}
 
-    def pair(a: NDArray, b: NDArray) -> tuple[NDArray, NDArray]:
+    def pair(
+        a: NDArray[np.intp], b: NDArray[np.intp]
+    ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
         """Votes and breaks between p + a and p + b, for all p."""
         first, along = (a, b - a) if tuple(b - a) > (0, 0) else (b, a - b)
         if tuple(along) not in pairs:
@@ -138,7 +140,9 @@ def _circle(
     return (total / np.float32(len(ring)))[:, :, None].astype(np.float64), broken[:, :, None]
 
 
-def _between(wide: NDArray, along: NDArray, surface: Surface, T: float) -> tuple[NDArray, NDArray]:
+def _between(
+    wide: NDArray[np.intp], along: NDArray[np.intp], surface: Surface, T: float
+) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
     """d(L(p), L(p + along)) where it is under T, and whether it is not, over a padded grid."""
     x, y = along
     here = wide[max(0, -x) : wide.shape[0] - max(0, x), max(0, -y) : wide.shape[1] - max(0, y)]
@@ -153,27 +157,27 @@ def _between(wide: NDArray, along: NDArray, surface: Surface, T: float) -> tuple
 
 
 def _sphere(
-    L: NDArray, surface: Surface, T: float, radius: int
+    L: NDArray[np.intp], surface: Surface, T: float, radius: int
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     votes, broken = _triangles(L, surface, T, radius)
     return votes, broken if radius == 1 else _triangles(L, surface, T, 1)[1]
 
 
 def _triangles(
-    L: NDArray, surface: Surface, T: float, radius: int
+    L: NDArray[np.intp], surface: Surface, T: float, radius: int
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     corners, faces = icosahedron()
     steps = np.rint(corners * (radius if radius > 1 else 1.2)).astype(int).clip(-radius, radius)
     wide = np.pad(L.astype(np.int64), radius, constant_values=NO_LIMITER)
     nx, ny, nz = L.shape
 
-    def at(corner: int) -> NDArray:
+    def at(corner: int) -> NDArray[np.intp]:
         x, y, z = radius + steps[corner]
         return wide[x : x + nx, y : y + ny, z : z + nz].ravel()
 
-    sides: dict[tuple[int, int], NDArray] = {}
+    sides: dict[tuple[int, int], NDArray[np.float64]] = {}
 
-    def side(a: int, b: int) -> NDArray:
+    def side(a: int, b: int) -> NDArray[np.float64]:
         """d(L(p + a), L(p + b)) for all p; 0 where a limiter is missing or both are the same."""
         if (a, b) not in sides:
             i, j = at(a), at(b)

@@ -129,7 +129,9 @@ class Loop:
         share = 1 - (ends[edge] - s) / self.lengths[edge]
         return self.on_edge(share, edge)
 
-    def on_edge(self, share: NDArray, edge: NDArray) -> tuple[NDArray, NDArray]:
+    def on_edge(
+        self, share: NDArray[np.float64], edge: NDArray[np.intp]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Points (..., 2) and unit tangents (..., 2) at shares (...) of the lengths of edges (...).
 
         The chord to the point at share u is sin(u a/2) / sin(a/2) of the edge's, turned by
@@ -236,7 +238,7 @@ class Loop:
         away = self.vertices - self.centres
         return np.arctan2(away[:, 1], away[:, 0])
 
-    def _turned(self, angle: NDArray) -> NDArray[np.float64]:
+    def _turned(self, angle: NDArray[np.float64]) -> NDArray[np.float64]:
         """How far along each arc an angle is seen from its centre, 0 to 2 pi: (..., m)."""
         back = np.where(self.bulges < 0, -1.0, 1.0) * (angle - self._start_angles())
         return np.mod(back + ROUNDING, 2 * np.pi) - ROUNDING

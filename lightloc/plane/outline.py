@@ -195,7 +195,7 @@ class Outline:
         return [e for i, loop in enumerate(self.loops) for e in edges_of(loop, inner=i == 0)]
 
 
-def _rounded(share: NDArray) -> NDArray[np.intp]:
+def _rounded(share: NDArray[np.float64]) -> NDArray[np.intp]:
     """Whole numbers with the same sum, at least 1 each, as near the shares as that allows."""
     counts = np.maximum(share.astype(int), 1)
     total = int(np.rint(share.sum()))

@@ -20,7 +20,7 @@ def in_plane(name: str, value: ArrayLike) -> NDArray[np.float64]:
     return points[:, :2]
 
 
-def is_in_plane(points: NDArray) -> bool:
+def is_in_plane(points: NDArray[np.float64]) -> bool:
     """Whether (n, 2) or (n, 3) points lie in the plane z = 0, to float32.
 
     >>> is_in_plane(np.array([[1.0, 2.0, 1e-7]])), is_in_plane(np.array([[1.0, 2.0, 1e-3]]))
@@ -29,12 +29,12 @@ def is_in_plane(points: NDArray) -> bool:
     return bool((np.abs(points[:, 2:]) <= THICKNESS * np.abs(points).max(initial=0.0)).all())
 
 
-def cross(a: NDArray, b: NDArray) -> NDArray[np.float64]:
+def cross(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
     """z of the cross product of vectors in the plane."""
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
-def crossings(a: NDArray, b: NDArray | None = None) -> bool:
+def crossings(a: NDArray[np.float64], b: NDArray[np.float64] | None = None) -> bool:
     """Whether any two edges cross, of two closed polylines or of one with itself."""
     other = a if b is None else b
     da, db = np.roll(a, -1, axis=0) - a, np.roll(other, -1, axis=0) - other
@@ -48,6 +48,6 @@ def crossings(a: NDArray, b: NDArray | None = None) -> bool:
     return bool(cut.any())
 
 
-def turn(v: NDArray, angle: NDArray) -> NDArray[np.float64]:
+def turn(v: NDArray[np.float64], angle: NDArray[np.float64]) -> NDArray[np.float64]:
     cos, sin = np.cos(angle), np.sin(angle)
     return np.stack([v[..., 0] * cos - v[..., 1] * sin, v[..., 0] * sin + v[..., 1] * cos], -1)

@@ -60,7 +60,7 @@ def follow(
     return wall[which], extent * along[which], extent * length[which]
 
 
-def _next(x: NDArray, onward: NDArray) -> NDArray[np.intp]:
+def _next(x: NDArray[np.float64], onward: NDArray[np.float64]) -> NDArray[np.intp]:
     """(m,) the point after each, -1 where a wall ends.
 
     The shortest way is taken first. What is left then are loose ends, which look for each other.
@@ -77,7 +77,9 @@ def _next(x: NDArray, onward: NDArray) -> NDArray[np.intp]:
     return after
 
 
-def _pairs(x: NDArray, ends: NDArray, starts: NDArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def _pairs(
+    x: NDArray[np.float64], ends: NDArray[np.intp], starts: NDArray[np.intp]
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Ends of walls and beginnings of walls, each with the nearest of the others."""
     pairs = []
     for own, others in ((ends, starts), (starts, ends)):
@@ -89,7 +91,11 @@ def _pairs(x: NDArray, ends: NDArray, starts: NDArray) -> tuple[NDArray[np.intp]
 
 
 def _possible(
-    x: NDArray, onward: NDArray, a: NDArray, b: NDArray, known: NDArray
+    x: NDArray[np.float64],
+    onward: NDArray[np.float64],
+    a: NDArray[np.intp],
+    b: NDArray[np.intp],
+    known: NDArray[np.bool_],
 ) -> NDArray[np.bool_]:
     """Whether a wall can run on from a to b: b is ahead of a, and on the same side of it.
 
@@ -104,13 +110,17 @@ def _possible(
     return np.where(corner, known, ahead) & (straight > SAME_SIDE)
 
 
-def _cost(x: NDArray, onward: NDArray, a: NDArray, b: NDArray) -> NDArray[np.float64]:
+def _cost(
+    x: NDArray[np.float64], onward: NDArray[np.float64], a: NDArray[np.intp], b: NDArray[np.intp]
+) -> NDArray[np.float64]:
     """How long the way from a to b is, and a little for how bent."""
     straight = (onward[a] * onward[b]).sum(axis=1)
     return _way(x, onward, a, b) * (1 + STRAIGHTER * (1 - straight))
 
 
-def _way(x: NDArray, onward: NDArray, a: NDArray, b: NDArray) -> NDArray[np.float64]:
+def _way(
+    x: NDArray[np.float64], onward: NDArray[np.float64], a: NDArray[np.intp], b: NDArray[np.intp]
+) -> NDArray[np.float64]:
     """How long a wall is from a to b, metres: an arc, or two straight walls that meet."""
     step, straight = x[b] - x[a], (onward[a] * onward[b]).sum(axis=1)
     chord = np.linalg.norm(step, axis=1)
@@ -122,7 +132,9 @@ def _way(x: NDArray, onward: NDArray, a: NDArray, b: NDArray) -> NDArray[np.floa
     return np.where(straight < CORNER, corner, arc)
 
 
-def _join(a: NDArray, b: NDArray, after: NDArray, before: NDArray) -> bool:
+def _join(
+    a: NDArray[np.intp], b: NDArray[np.intp], after: NDArray[np.intp], before: NDArray[np.intp]
+) -> bool:
     """Join pairs, given best first, that are each other's best, until none is left.
 
     Each point of a wall is the nearest ahead of the one before it, so that the first pass joins
@@ -137,7 +149,7 @@ def _join(a: NDArray, b: NDArray, after: NDArray, before: NDArray) -> bool:
     return any_joined
 
 
-def _first(values: NDArray) -> NDArray[np.bool_]:
+def _first(values: NDArray[np.intp]) -> NDArray[np.bool_]:
     """(m,) whether it is the first of its value."""
     result = np.zeros(len(values), bool)
     result[np.unique(values, return_index=True)[1]] = True
@@ -145,7 +157,7 @@ def _first(values: NDArray) -> NDArray[np.bool_]:
 
 
 def _measured(
-    x: NDArray, onward: NDArray, after: NDArray
+    x: NDArray[np.float64], onward: NDArray[np.float64], after: NDArray[np.intp]
 ) -> tuple[NDArray[np.intp], NDArray[np.float64], NDArray[np.float64]]:
     """Walk each wall from its beginning, or from any of its points where it has none."""
     step = _way(x, onward, np.arange(len(x)), after)

@@ -25,7 +25,7 @@ class Dictionary:
 
     grid: Grid
     points: NDArray[np.float64]  # (g, 3)
-    atoms: NDArray
+    atoms: NDArray[np.floating]
 
     @staticmethod
     def over(problem: Problem, grid: Grid) -> Dictionary:
@@ -43,14 +43,14 @@ class Dictionary:
         return np.asarray((self.atoms <= 0).all(axis=(0, 2)))
 
     @cached_property
-    def energies(self) -> NDArray:
+    def energies(self) -> NDArray[np.floating]:
         return np.square(self.atoms)
 
     def gains(self, left: Left) -> NDArray[np.float64]:
         """`gains_of` this grid's atoms."""
         return gains_of(self.atoms, self.energies, left)
 
-    def peaks(self, gains: NDArray, most: int) -> NDArray[np.intp]:
+    def peaks(self, gains: NDArray[np.float64], most: int) -> NDArray[np.intp]:
         """The ``most`` highest local maxima of the gains, best first: rows of ``points``."""
         field = gains.reshape(self.grid.shape)
         top = np.flatnonzero((gains > 0) & (field == maximum_filter(field, 3)).ravel())
@@ -73,7 +73,7 @@ class Dictionary:
         return tops
 
 
-def atoms_at(problem: Problem, points: NDArray) -> NDArray:
+def atoms_at(problem: Problem, points: NDArray[np.float64]) -> NDArray[np.floating]:
     """S / sigma at (g, 3) points: (c, g, n), in the problem's bits."""
     S = shaded(problem.surfels, points, problem.geometry)
     bits = BITS[problem.surfels.double]
@@ -90,12 +90,14 @@ class Left:
         basis: for each channel (n, u): what the others span, times the root of the weight.
     """
 
-    residual: NDArray
-    weight: NDArray
-    basis: tuple[NDArray, ...]
+    residual: NDArray[np.floating]
+    weight: NDArray[np.floating]
+    basis: tuple[NDArray[np.floating], ...]
 
     @staticmethod
-    def beside(problem: Problem, lights: PointLights, z: NDArray, weight: NDArray) -> Left:
+    def beside(
+        problem: Problem, lights: PointLights, z: NDArray[np.float64], weight: NDArray[np.float64]
+    ) -> Left:
         """Beside lights, and all that they can adapt: their own derivatives, and an ambient term.
 
         Args:
@@ -116,13 +118,15 @@ class Left:
         return Left(np.array(left, bits), weight.T.astype(bits), tuple(spans))
 
 
-def gains_at(problem: Problem, points: NDArray, left: Left) -> NDArray[np.float64]:
+def gains_at(problem: Problem, points: NDArray[np.float64], left: Left) -> NDArray[np.float64]:
     """`gains_of` a light at (g, 3) points."""
     atoms = atoms_at(problem, points)
     return gains_of(atoms, np.square(atoms), left)
 
 
-def gains_of(atoms: NDArray, energies: NDArray, left: Left) -> NDArray[np.float64]:
+def gains_of(
+    atoms: NDArray[np.floating], energies: NDArray[np.floating], left: Left
+) -> NDArray[np.float64]:
     """How much chi-square one more light would gain at each position, all others refitted.
 
     Args:

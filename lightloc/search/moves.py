@@ -72,6 +72,6 @@ def distinct(tried: Descents, most: int, apart: float) -> Descents:
     return tried.rows(np.array(kept, int))
 
 
-def _furthest(p: NDArray, other: NDArray) -> float:
+def _furthest(p: NDArray[np.float64], other: NDArray[np.float64]) -> float:
     apart = np.linalg.norm(p[:, None] - other, axis=2)
     return float(apart.min(axis=1, initial=np.inf).max(initial=0.0))

@@ -114,6 +114,6 @@ def pruned(problem: Problem, fit: Fit, criterion: Criterion) -> Fit:
     return fit
 
 
-def spread_of(z: NDArray, least: float) -> float:
+def spread_of(z: NDArray[np.float64], least: float) -> float:
     """Where the loss begins to flatten while lights are missing: most residuals lie below it."""
     return max(least, float(np.quantile(np.abs(z), TYPICAL)))

@@ -110,7 +110,7 @@ class Stage:
     def residuals(self, one: Descents) -> NDArray[np.float64]:
         """(n, c) with shadows as soft as the stage's."""
         problem, p, I = self.problem, one.positions[0], one.intensities[0]
-        model: NDArray = np.zeros_like(problem.radiance)
+        model: NDArray[np.float64] = np.zeros_like(problem.radiance)
         if len(p):
             S, _ = shading_gradient(problem.surfels, p, problem.geometry, self.blur, problem.axes)
             model = np.einsum("nkc,kc->nc", np.broadcast_to(S, (*S.shape[:2], I.shape[1])), I)

@@ -32,7 +32,8 @@ from lightloc.backend import types
 from lightloc.brdf.models import Bounded, evaluate
 from lightloc.brdf.parameters import channels_last
 from lightloc.fields.clusters import ROUNDING, SLACK, Clusters, Volumes, bound, kd_order, row
-from lightloc.fields.field import NO_LIMITER, RUN, Field, ever_coarser
+from lightloc.fields.field import RUN, Field, ever_coarser
+from lightloc.fields.ranking import NO_LIMITER
 from lightloc.optics.kernel import surfels, unoccluded
 
 SIDE = 4.0  # metres

@@ -22,7 +22,7 @@ from lightloc import (
     radiance,
     vote,
 )
-from lightloc.fields.field import NO_LIMITER
+from lightloc.fields.ranking import NO_LIMITER
 from lightloc.paper.voting import DISCONTINUITY, MERGE, Votes, circle, icosahedron
 
 POINTS, CELLS = 400, 128
