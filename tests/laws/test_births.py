@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lightloc import Lambert, Observations, Options, PointLights, births, radiance
+from lightloc import Lambert, Observations, Options, PointLights, radiance
 from lightloc.fields.grid import Grid
 from lightloc.fit.criterion import Criterion
 from lightloc.fit.levenberg import Descents
 from lightloc.fit.problem import Problem, residuals
+from lightloc.search import births
 from lightloc.search.births import alone, places
 from lightloc.search.dictionary import Dictionary, Left, gains_at
 from lightloc.search.view import Stage

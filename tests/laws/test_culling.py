@@ -24,13 +24,13 @@ from lightloc import (
     Observations,
     Plastic,
     PointLights,
-    fields,
-    limiters,
     radiance,
 )
 from lightloc.backend import types
 from lightloc.brdf.models import Bounded, evaluate
 from lightloc.brdf.parameters import channels_last
+from lightloc.fields import field as fields
+from lightloc.fields import limiters
 from lightloc.fields.clusters import ROUNDING, SLACK, Clusters, Volumes, bound, kd_order, row
 from lightloc.fields.field import RUN, Field, ever_coarser
 from lightloc.fields.ranking import NO_LIMITER

@@ -7,11 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lightloc import Options, PointLights, exact, localize
+from lightloc import Options, PointLights, localize
 from lightloc.backend import one_blas_thread
 from lightloc.fit.criterion import Criterion
 from lightloc.fit.levenberg import Descents
 from lightloc.fit.noise import level_of
+from lightloc.search import exact
 from lightloc.search.exact import NOTHING, emptied
 from lightloc.search.ground import Ground
 from lightloc.search.ladder import Ladder

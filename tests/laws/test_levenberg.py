@@ -10,16 +10,9 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from lightloc import (
-    Lambert,
-    Observations,
-    PointLights,
-    batched,
-    radiance,
-    shading,
-    shading_gradient,
-)
+from lightloc import Lambert, Observations, PointLights, radiance, shading, shading_gradient
 from lightloc.backend import one_blas_thread
+from lightloc.fit import batched
 from lightloc.fit.batched import MARGIN, Unknown
 from lightloc.fit.levenberg import Descents, damped_steps, descend
 from lightloc.fit.problem import Problem
