@@ -6,8 +6,9 @@ from render.descent import optimize
 from render.exr import read_exr, write_exr
 from render.interreflection import interreflected
 from render.observe import attach, observe, remeasure
+from render.pixels import observe_view
 from render.room import Room, SceneGeometry, load, relight, standard_scenes, triangles
-from render.view import View, observe_view
+from render.view import View
 
 __all__ = [
     "Room",

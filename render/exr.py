@@ -9,8 +9,6 @@ order of channels, then of the camera, both little-endian, because EXR itself ha
 
 from __future__ import annotations
 
-import contextlib
-import os
 import re
 import zlib
 from pathlib import Path
@@ -20,6 +18,7 @@ import numpy as np
 import OpenImageIO as oiio
 from numpy.typing import ArrayLike, NDArray
 
+from lightloc.files import whole
 from render.view import View
 
 FORMAT = "lightloc-view-1"
@@ -61,20 +60,16 @@ def write_exr(view: View, path: str | Path) -> None:
     spec.attribute("lightloc:transport", "full" if view.interreflected else "direct")
     spec.attribute("lightloc:crc32", _checksum(pixels, view.camera))
     spec.attribute("DateTime", NO_DATE)
-    part = path.with_name(path.stem + ".part.exr")  # OpenImageIO goes by the extension
     try:
-        file = oiio.ImageOutput.create(str(part))
-        if file is None:
-            raise ValueError(f"{path}: can't be written ({_one_line(oiio.geterror())})")
-        done = file.open(str(part), spec) and file.write_image(pixels)
-        if not (file.close() and done):
-            raise ValueError(f"{path}: can't be written ({_one_line(file.geterror())})")
-        os.replace(part, path)
+        with whole(path) as part:
+            file = oiio.ImageOutput.create(str(part))
+            if file is None:
+                raise ValueError(f"{path}: can't be written ({_one_line(oiio.geterror())})")
+            done = file.open(str(part), spec) and file.write_image(pixels)
+            if not (file.close() and done):
+                raise ValueError(f"{path}: can't be written ({_one_line(file.geterror())})")
     except OSError as error:
         raise ValueError(f"{path}: can't be written ({error.strerror})") from None
-    finally:
-        with contextlib.suppress(OSError):
-            part.unlink()
 
 
 def read_exr(path: str | Path) -> View:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lightloc.checks import array, numbers
+from lightloc.files import whole
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,10 +72,8 @@ class PointLights:
             {"position": p.tolist(), "intensity": I.tolist()}
             for p, I in zip(self.positions, self.intensities, strict=True)
         ]
-        path = Path(path)
-        part = path.with_name(path.name + ".part")
-        part.write_text(json.dumps({"lights": rows}, indent=1) + "\n")
-        os.replace(part, path)
+        with whole(path) as part:
+            part.write_text(json.dumps({"lights": rows}, indent=1) + "\n")
 
     @staticmethod
     def load(path: str | Path) -> PointLights:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import zipfile
 import zlib
 from dataclasses import MISSING, dataclass, fields, replace
@@ -14,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from lightloc import brdf
 from lightloc.checks import array, check_radiance, numbers, unit_vectors
+from lightloc.files import whole
 
 FORMAT = "lightloc-observations-1"
 
@@ -129,11 +129,8 @@ class Observations:
             keys[name] = getattr(self, name)
         keys["interreflected"] = np.array(self.interreflected)
         keys.update(_material_keys("material", self.material))
-        path = Path(path)
-        part = path.with_name(path.name + ".part")
-        with open(part, "wb") as file:
+        with whole(path) as part, open(part, "wb") as file:
             np.savez_compressed(file, **keys)
-        os.replace(part, path)
 
     @staticmethod
     def load(path: str | Path) -> Observations:

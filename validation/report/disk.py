@@ -2,20 +2,17 @@
 
 import json
 import math
-import os
 from pathlib import Path
 from typing import Any
 
+from lightloc.files import whole
+
 
 def write_bytes(path: Path, content: bytes) -> Path:
-    """Write a file under a temporary name and rename it, so that no reader sees half of it."""
+    """Write a file and the folders above it; no reader sees half of it."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
+    with whole(path) as part:
         part.write_bytes(content)
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
     return path
 
 

@@ -1,0 +1,102 @@
+"""A view's pixels as observations: each that shows one smooth surface is a q."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lightloc import BRDF, Lambert, Observations
+from render.exr import read_exr
+from render.material import GREY, material_at
+from render.observe import probe
+from render.room import Room
+from render.view import DIFFUSE, View, appearance
+
+MATCH = 1e-4  # a pixel shows a room if the room's surface is this share of its diagonal away
+SAME = 1e-3  # albedo and roughness of a view and its room may differ by this much
+
+
+def observe_view(
+    view: View | str | Path, room: Room | None = None, material: BRDF | None = None
+) -> Observations:
+    """The observations that a view holds: each pure pixel a q, row by row; see `View.used`.
+
+    Args:
+        view: from `photograph`, or the path of an EXR file that `write_exr` wrote.
+        room: the scene it shows, whose BRDFs the observations get. Without it the view's own
+            layers must do, which is enough where every surface is Lambert.
+        material: a BRDF to use for all pixels instead.
+
+    Returns observations with one channel where radiance and BRDFs are grey.
+
+    Raises:
+        ValueError: the file can't be read (see `read_exr`), no pixel is pure, the room is not the
+            one that the view shows, or there is neither a room nor a material and a surface is
+            not Lambert.
+    """
+    name = "the view"
+    if not isinstance(view, View):
+        name, view = str(view), read_exr(view)
+    used = view.used
+    if not used.any():
+        raise ValueError(f"{name}: no pixel shows one smooth surface; expected at least one")
+    x, B = view.position[used].astype(float), view.radiance[used].astype(float)
+    w = view.camera - x
+    if material is None:
+        material = _from_layers(name, view) if room is None else _from_room(name, view, room, w)
+    spread = np.ptp(B, axis=1).max()
+    c = 1 if material.channels == 1 and spread <= GREY * B.max() else 3
+    return Observations(
+        positions=x,
+        normals=view.normal[used],
+        facets=view.facet[used],
+        directions=w,
+        radiance=B[:, :c],
+        sigma=np.sqrt(view.variance[used].astype(float))[:, :c],
+        material=material,
+        interreflected=view.interreflected,
+    )
+
+
+def _from_layers(name: str, view: View) -> BRDF:
+    glossy = view.used & (view.roughness != DIFFUSE)
+    if glossy.any():
+        row, column = np.argwhere(glossy)[0]
+        raise ValueError(
+            f"{name}: the surface in row {row}, column {column} is not diffuse, so its BRDF is "
+            "known to the scene alone; name the scene as well"
+        )
+    albedo = view.albedo[view.used].astype(float)
+    grey = np.ptp(albedo, axis=1).max() <= GREY * albedo.max()
+    return Lambert(albedo=albedo[:, :1] if grey else albedo)
+
+
+def _from_room(name: str, view: View, room: Room, w: NDArray) -> BRDF:
+    """The room's BRDFs at the view's points, once it is sure that the view shows this room."""
+    x = view.position[view.used].astype(float)
+    si = probe(room, x, w / np.linalg.norm(w, axis=1, keepdims=True))
+    off = np.linalg.norm(np.array(si.p, float).T - x, axis=1)
+    off[~np.array(si.is_valid())] = np.inf
+    _refuse(name, view, room, off > MATCH * room.diagonal, "no surface")
+    material = material_at(si)
+    albedo, roughness = appearance(material, len(x))
+    _refuse(
+        name,
+        view,
+        room,
+        (np.abs(albedo - view.albedo[view.used]) > SAME).any(axis=1)
+        | (np.abs(roughness - view.roughness[view.used]) > SAME),
+        "another albedo or roughness",
+    )
+    return material
+
+
+def _refuse(name: str, view: View, room: Room, bad: NDArray, what: str) -> None:
+    if bad.any():
+        row, column = np.argwhere(view.used)[int(np.argmax(bad))]
+        raise ValueError(
+            f"{name}: does not show {room.path}, which has {what} where row {row}, "
+            f"column {column} looks (were other parameters used?)"
+        )
