@@ -1,10 +1,10 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: help setup report table1 studies test bench lint lock clean
+.PHONY: help setup report table1 studies lint test-fast test test-long bench lock clean
 
 help:  ## list the targets
-	@grep -E '^[a-z0-9]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
+	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
 
 setup: .venv/ready  ## make .venv with everything in it (once)
 
@@ -24,12 +24,22 @@ table1: setup  ## the paper's Table 1 over all 800 scenes, beside the paper's fi
 studies: setup  ## many lights, occluders, coverage, noise, wrong models, rivals; hours; resumes
 	$(BIN)/lightloc study many occluders coverage noise points wrong rooms3d rivals --out report/studies
 
-test: setup  ## lint, type check, layers, tests
+lint: setup  ## style, types, and which file may import which
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-cache
-	$(BIN)/python -m pytest
+
+PYTEST := $(BIN)/python -m pytest -n 2 --dist loadfile
+
+test-fast: lint  ## laws, agreement with the renderer, prose: in two minutes
+	$(PYTEST) -m 'not long' tests/laws tests/agreement tests/prose
+
+test: lint  ## all that CI runs: in ten minutes
+	$(PYTEST) -m 'not long'
+
+test-long: lint  ## the rest: the slowest recoveries
+	$(PYTEST) -m long
 
 bench: setup  ## benchmarks, as ratios within one run
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only -s

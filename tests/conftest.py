@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import os
 import signal
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
@@ -14,9 +15,18 @@ import pytest
 
 import lightloc  # before mitsuba: it chooses the LLVM library
 import render
+
+import drjit  # isort: skip
 from render.variant import use_mitsuba
 
 SEED = 2018
+
+
+@pytest.fixture(scope="session", autouse=True)
+def one_thread() -> None:
+    """Beside other workers each has one thread: more would wait for each other."""
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        drjit.set_thread_count(1)
 
 
 @pytest.fixture(scope="session", autouse=True)
