@@ -4,7 +4,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from validation.match import Comparison, Pair, compare
+    from validation.judge import Comparison, Pair, compare
 
 __all__ = ["Comparison", "Pair", "compare"]
 
@@ -13,4 +13,4 @@ def __getattr__(name: str) -> Any:
     """Import on first use: the command line must answer --help before scipy has loaded."""
     if name not in __all__:
         raise AttributeError(f"module 'validation' has no attribute '{name}'")
-    return getattr(importlib.import_module("validation.match"), name)
+    return getattr(importlib.import_module("validation.judge"), name)

@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from validation.figures.command import figures_command
-from validation.localize_command import localize_command
-from validation.outputs import SEED, SET, parameters, ready, sentence, writable
-from validation.studies.command import study_command
-from validation.table1.command import table1_command
+from validation.commands.figures import figures_command
+from validation.commands.localize import localize_command
+from validation.commands.outputs import SEED, SET, parameters, sentence, writable
+from validation.commands.paired import paired_command
+from validation.commands.study import study_command
+from validation.commands.table1 import table1_command
+from validation.jobs import ready
 
 if TYPE_CHECKING:
     from validation.suite import Case
@@ -66,7 +68,7 @@ def render_command(
     Example: lightloc render box_occluder -o seen.npz --lights truth.json
     """
     writable(out, view, lights)
-    from validation.progress import Bar
+    from validation.commands.progress import Bar
 
     with Bar("rendering", total=1.0) as bar:
         import render
@@ -110,7 +112,7 @@ def compare_command(
     Example: lightloc compare found.json box_occluder
     """
     from lightloc import PointLights
-    from validation.match import compare
+    from validation.judge import compare
 
     lights = PointLights.load(found)
     diagonal = None
@@ -148,7 +150,7 @@ def validate_command(
 
     Example: lightloc validate --case box_two-direct
     """
-    from validation.progress import Bar
+    from validation.commands.progress import Bar
     from validation.suite import read_suite, run
 
     name, cases = read_suite(suite)
@@ -184,6 +186,7 @@ def validate_command(
 
 app.command("table1")(table1_command)
 app.command("study")(study_command)
+app.command("paired")(paired_command)
 app.command("figures")(figures_command)
 
 
@@ -194,7 +197,7 @@ def report_command(
     ] = Path("report"),
 ) -> None:
     """Draw OUT/index.html from results; renders nothing."""
-    from validation.progress import Bar
+    from validation.commands.progress import Bar
     from validation.report import write
 
     with Bar("drawing"):
@@ -205,7 +208,7 @@ def report_command(
 @app.command("doctor")
 def doctor_command() -> None:
     """Print versions, the Dr.Jit backend and the LLVM in use, and try a tiny render."""
-    from validation.doctor import backend_rows, tiny_render, versions
+    from validation.commands.doctor import backend_rows, tiny_render, versions
 
     for name, value in versions() + backend_rows():
         print(f"{name:15} {value}")

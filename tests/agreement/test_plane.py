@@ -17,7 +17,7 @@ from lightloc.backend import types
 from lightloc.optics.kernel import surfels
 from lightloc.plane.outline import Outline
 from render.plane import HEIGHT, REFLECTANCE, observe_plane, prism
-from validation.table1.rooms import (
+from validation.rooms.plane import (
     SAMPLES,
     PlaneRoom,
     named_outlines,

@@ -17,9 +17,9 @@ from typing import Any
 import pytest
 from test_table1 import Record, fine, names, record
 
-import validation.runs.cluster
-from validation.runs.kept import read
-from validation.runs.run import DIED, run
+import validation.jobs.cluster
+from validation.jobs.pool import DIED, run
+from validation.jobs.store import read
 
 DASK = Path(sys.executable).with_name("dask")
 LIGHTLOC = Path(sys.executable).with_name("lightloc")
@@ -233,7 +233,7 @@ def test_a_worker_with_other_code_is_refused(tmp_path, refuses):
 @pytest.fixture
 def hasty(monkeypatch) -> None:
     """Half a second and not five, for an answer that can't come."""
-    monkeypatch.setattr(validation.runs.cluster, "CONNECT_SECONDS", HASTE)
+    monkeypatch.setattr(validation.jobs.cluster, "CONNECT_SECONDS", HASTE)
 
 
 NOBODY = "tcp://127.0.0.1:1"  # a port that nothing listens on
@@ -273,7 +273,7 @@ def test_a_deaf_server_is_refused(tmp_path, refuses, hasty):
 
 def test_a_scheduler_without_workers_is_refused(tmp_path, refuses, monkeypatch):
     """A run would wait for ever; here it doesn't wait long for a first worker."""
-    monkeypatch.setattr(validation.runs.cluster, "WORKER_SECONDS", 0.5)
+    monkeypatch.setattr(validation.jobs.cluster, "WORKER_SECONDS", 0.5)
     with scheduler(tmp_path) as address, refuses(f"--dask {address}: the scheduler has no worker"):
         run(fine, names(2), tmp_path, dask=address)
 

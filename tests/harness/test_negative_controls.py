@@ -11,9 +11,9 @@ import pytest
 from lightloc import Observations, PointLights, localize
 from render import relight
 from render.room import Room
-from validation.case import observe, reasons, rerender
-from validation.match import compare
-from validation.suite import Case
+from validation.judge.match import compare
+from validation.suite.case import observe, reasons, rerender
+from validation.suite.cases import Case
 
 POINTS = 1500
 FEW = 500  # where a search that can't succeed goes to the end of its options

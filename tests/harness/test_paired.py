@@ -11,11 +11,20 @@ from typing import Any
 
 import pytest
 from scipy.stats import binomtest
+from typer.testing import CliRunner
 
-from validation.runs.kept import FILE, Ended
-from validation.studies.paired import BAD_INPUT, KEPT, LOST, count, main, paired, sign_test
+from validation.cli import BAD_INPUT, app
+from validation.commands.paired import KEPT, LOST
+from validation.jobs.store import FILE, Ended
+from validation.studies.paired import count, paired, sign_test
 
 ROOMS = 12
+
+
+def told(old: Path, new: Path) -> tuple[int, str]:
+    """The command's exit code, and what it prints."""
+    done = CliRunner().invoke(app, ["paired", str(old), str(new)])
+    return done.exit_code, done.stdout
 
 
 def a_scene(name: str, solved: bool = True, seconds: float = 2.0, **more: Any) -> Ended:
@@ -66,24 +75,25 @@ def test_counts_and_ratios_by_hand(tmp_path):
     ]
 
 
-def test_equal_runs_lose_nothing(tmp_path, capsys):
+def test_equal_runs_lose_nothing(tmp_path):
     old, new = a_run(tmp_path / "old"), a_run(tmp_path / "new", seconds=1.0)
-    assert main([str(old), str(new)]) == KEPT
-    said = capsys.readouterr().out
+    code, said = told(old, new)
+    assert code == KEPT
     assert "many/lights-3" in said and "every row" in said and "0.50" in said
     assert "lost" not in said
 
 
 @pytest.mark.parametrize(("lost", "code"), [(1, KEPT), (5, KEPT), (6, LOST), (ROOMS, LOST)])
-def test_a_lost_room_is_listed_and_a_significant_loss_fails(tmp_path, capsys, lost, code):
+def test_a_lost_room_is_listed_and_a_significant_loss_fails(tmp_path, lost, code):
     """Negative control: 5 of 5 discordant pairs have p = 0.06, 6 of 6 have p = 0.03."""
     old, new = a_run(tmp_path / "old"), a_run(tmp_path / "new", lost)
-    assert main([str(old), str(new)]) == code
-    listed = [line for line in capsys.readouterr().out.splitlines() if line.startswith("lost: ")]
+    ended, said = told(old, new)
+    assert ended == code
+    listed = [line for line in said.splitlines() if line.startswith("lost: ")]
     assert len(listed) == lost
     assert listed[0] == "lost: many/lights-3-000 (CONVERGED, 3 of 3 lights)"
-    assert main([str(new), str(old)]) == KEPT  # as many rooms won are no loss
-    assert "lost: " not in capsys.readouterr().out
+    ended, said = told(new, old)
+    assert ended == KEPT and "lost: " not in said  # as many rooms won are no loss
 
 
 def test_all_studies_below_a_folder_are_pooled(tmp_path):
@@ -102,7 +112,7 @@ def test_all_studies_below_a_folder_are_pooled(tmp_path):
         3.0,
         "X, 4 of 3 lights",
     )
-    assert main([str(tmp_path / "old"), str(tmp_path / "new")]) == LOST
+    assert told(tmp_path / "old", tmp_path / "new")[0] == LOST
 
 
 def test_what_is_no_scene_is_passed_over_and_the_last_line_of_a_name_wins(tmp_path):
@@ -130,11 +140,11 @@ def test_bad_input_is_one_sentence_and_exit_code_2(case, tmp_path):
     (tmp_path / "empty").mkdir()
     arguments = [old] if new is None else [old, tmp_path / new]
     done = subprocess.run(
-        [sys.executable, "-m", "validation.studies.paired", *map(str, arguments)],
+        [Path(sys.executable).with_name("lightloc"), "paired", *map(str, arguments)],
         capture_output=True,
         text=True,
         timeout=60,
     )
     assert done.returncode == BAD_INPUT and not done.stdout
     (line,) = done.stderr.splitlines()
-    assert line.startswith("paired: ") and said in line
+    assert line.startswith("lightloc: ") and said in line

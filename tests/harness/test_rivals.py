@@ -9,8 +9,9 @@ import pytest
 
 import render
 from lightloc import Grid, PointLights, shading
-from validation import compare, rivals
-from validation.runs.kept import Ended
+from validation import compare
+from validation.jobs.store import Ended
+from validation.studies import rival_solvers as rivals
 from validation.studies import rivals as study
 from validation.studies.study import outcome, tabulate
 

@@ -9,7 +9,7 @@ import pytest
 
 from lightloc import Lambert
 from lightloc.plane.outline import Outline
-from validation.table1.rooms import (
+from validation.rooms.plane import (
     CLEARANCE,
     COUNTS,
     DARK,

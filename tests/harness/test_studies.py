@@ -14,8 +14,11 @@ from scipy.spatial.distance import pdist
 from scipy.stats import chi2, norm
 
 from lightloc import PointLights, Reason, radiance
-from validation.runs.fingerprint import needed
-from validation.runs.kept import Ended
+from validation.commands.study import find
+from validation.jobs.code import needed
+from validation.jobs.store import Ended
+from validation.judge.ceiling import DRAWS, within
+from validation.rooms import relit
 from validation.studies import (
     NAMES,
     ablated,
@@ -23,14 +26,11 @@ from validation.studies import (
     efficiency,
     many,
     measures,
-    relit,
     scenes,
     trial,
     wrong,
 )
 from validation.studies import wrong_models as models
-from validation.studies.ceiling import DRAWS, within
-from validation.studies.command import find
 from validation.studies.study import EVERY, outcome, tabulate
 
 SURE = 4.0  # standard errors: a Monte Carlo figure is off by more once in 16 000 times
@@ -163,9 +163,11 @@ def test_a_room_may_be_lit_by_as_many_lights_as_are_asked_for():
 def test_what_is_shown_makes_no_record():
     """Tables and goals may change and the records still hold; scenes and rooms may not."""
     made = set(needed(find("many").one.__module__))
-    assert {"validation.studies.trial", "validation.studies.ceiling", "validation.match"} < made
-    assert {"validation.table1.rooms", "validation.studies.scenes"} < made
-    assert not {"validation.studies.many", "validation.studies.table"} & made
+    judge = {"validation.judge.ceiling", "validation.judge.match"}
+    assert judge | {"validation.studies.trial"} < made
+    assert {"validation.rooms.plane", "validation.studies.scenes"} < made
+    shown = {"validation.studies.many", "validation.studies.table", "validation.judge.sphere"}
+    assert not shown & made
 
 
 @pytest.mark.parametrize("name", ["k0.05-000", "n50-001"])

@@ -17,10 +17,10 @@ from test_studies import record
 from typer.testing import CliRunner
 
 from validation.cli import app
+from validation.commands.study import find
+from validation.jobs.store import Ended
 from validation.report import write, write_study
-from validation.runs.kept import Ended
 from validation.studies import many, points, table
-from validation.studies.command import find
 from validation.studies.study import Study, tabulate
 
 LIGHTLOC = Path(sys.executable).with_name("lightloc")
@@ -65,7 +65,7 @@ def of_fakes(name: str) -> Study:
 @pytest.fixture
 def ran(tmp_path, monkeypatch) -> tuple[Path, Any]:
     """The study of many lights with fakes, two scenes a row, after its first run."""
-    monkeypatch.setattr("validation.studies.command.find", of_fakes)
+    monkeypatch.setattr("validation.commands.study.find", of_fakes)
     monkeypatch.setenv("MENDED", str(tmp_path / "mended"))
     return tmp_path / "out", run(tmp_path / "out")
 

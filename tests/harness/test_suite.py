@@ -17,8 +17,8 @@ import numpy as np
 import pytest
 
 import render
-import validation.suite
-from validation.suite import Case, read_suite, run
+import validation.suite.cases
+from validation.suite.cases import Case, read_suite, run
 
 LIGHTLOC = Path(sys.executable).with_name("lightloc")
 TRUE = {"position", "intensity"}
@@ -59,7 +59,9 @@ CRASHED = {
 CHILD = """#!{python}
 import json, os, signal, sys
 order = json.loads(sys.stdin.read())
-from validation.suite import Case, fingerprint, write_json
+from validation.suite.cases import Case
+from validation.suite.cases import fingerprint
+from validation.suite.cases import write_json
 from pathlib import Path
 case = Case(**order["case"])
 if case.name == "killed":
@@ -170,7 +172,7 @@ def quick(monkeypatch, tmp_path) -> Callable[..., tuple[dict[str, Any], dict[str
     child = tmp_path / "python"
     child.write_text(CHILD.format(python=sys.executable))
     child.chmod(child.stat().st_mode | stat.S_IXUSR)
-    monkeypatch.setattr(validation.suite.sys, "executable", str(child))
+    monkeypatch.setattr(validation.suite.cases.sys, "executable", str(child))
     out = tmp_path / "run"
 
     def go(cases: list[Case], again: bool = False) -> tuple[dict[str, Any], dict[str, int]]:
@@ -192,7 +194,7 @@ def test_a_child_that_dies_fails_its_case_alone(quick, tmp_path):
 
 def test_a_child_that_hangs_is_ended(quick, monkeypatch):
     """A case that runs too long has crashed; here anything is too long."""
-    monkeypatch.setattr(validation.suite, "TIMEOUT", 1e-3)
+    monkeypatch.setattr(validation.suite.cases, "TIMEOUT", 1e-3)
     summary, _ = quick(rows("slow"))
     assert summary["crashed"] == 1
 

@@ -17,9 +17,9 @@ import pytest
 from typer.testing import CliRunner
 
 from validation.cli import app
-from validation.runs.fingerprint import fingerprint, needed
-from validation.runs.kept import FILE, Ended, read, waiting
-from validation.runs.run import DIED, ONE_THREAD, one, run
+from validation.jobs.code import fingerprint, needed
+from validation.jobs.pool import DIED, ONE_THREAD, one, run
+from validation.jobs.store import FILE, Ended, read, waiting
 
 LIGHTLOC = Path(sys.executable).with_name("lightloc")
 SLOW = 60.0  # seconds: longer than any wait here, so that only a kill ends it
@@ -193,7 +193,7 @@ def test_two_runs_in_one_folder_are_refused(tmp_path, refuses):
 
 def test_code_that_changes_under_a_run_ends_it(tmp_path, monkeypatch):
     """A worker that started after an edit has other code: its scene is not kept as this run's."""
-    monkeypatch.setattr("validation.runs.run.fingerprint", lambda scene: "of before the edit")
+    monkeypatch.setattr("validation.jobs.pool.fingerprint", lambda scene: "of before the edit")
     with pytest.raises(ValueError, match="other code"):
         run(fine, names(2), tmp_path, jobs=1)
     assert not kept(tmp_path)
@@ -212,17 +212,17 @@ def test_numbers_that_json_lacks_are_none(tmp_path):
 
 def test_fingerprint_is_of_what_makes_a_record():
     """The judge, the rooms and the columns count, those that only run and show do not."""
-    from validation.table1 import columns
+    from validation.studies import columns
 
-    assert {"validation.match", "validation.table1.rooms"} < set(needed(columns.__name__))
-    shown = ("cli", "suite", "runs.run", "table1.table", "report.table1")
+    assert {"validation.judge.match", "validation.rooms.plane"} < set(needed(columns.__name__))
+    shown = ("cli", "suite.cases", "jobs.pool", "studies.table1", "report.table1")
     assert not {f"validation.{name}" for name in shown} & set(needed(columns.__name__))
     assert len({fingerprint(), fingerprint(fine), fingerprint(columns.scene)}) == 2
 
 
 def test_a_crashed_scene_makes_exit_code_1(tmp_path, monkeypatch):
     """The command says which, goes on, writes everything; and 0 once the scene has come through."""
-    monkeypatch.setattr("validation.table1.columns.scene", forgetful)
+    monkeypatch.setattr("validation.studies.columns.scene", forgetful)
     monkeypatch.setenv("MENDED", str(tmp_path / "mended"))
     out = tmp_path / "run"
     command = ["table1", "--scenes", "3", "--row", "noisy-2", "--jobs", "1", "-o", str(out)]

@@ -12,10 +12,11 @@ import pytest
 from test_report import a_result, save_run
 from test_table1 import Record, names, record
 
+from validation.jobs.code import fingerprint
+from validation.jobs.store import Ended
 from validation.report import write, write_table1
-from validation.runs.fingerprint import fingerprint
-from validation.runs.kept import Ended
-from validation.table1 import published, table
+from validation.studies import published
+from validation.studies import table1 as table
 
 MADE = {
     **{"date": "2026-11-22T17:00:00+00:00", "commit": "abc1234", "cpus": 2, "machine": "x86_64"},

@@ -14,7 +14,7 @@ from lightloc.search import births
 from lightloc.search.births import alone, places
 from lightloc.search.dictionary import Dictionary, Left, gains_at
 from lightloc.search.view import Stage
-from validation.table1.rooms import rooms
+from validation.rooms.plane import rooms
 
 HIDDEN = 0.02  # of the side: how far the light is from the wall that hides it
 NEAR = 0.005  # of the side: as near as a start need come

@@ -11,7 +11,7 @@ from lightloc.fit.information import TOLD_APART, covariance, resolution
 from lightloc.fit.levenberg import Descents, descend
 from lightloc.fit.problem import Problem
 from lightloc.search.polish import sharpened
-from validation.table1.rooms import rooms
+from validation.rooms.plane import rooms
 
 SIGMA = 0.05
 

@@ -15,7 +15,7 @@ from lightloc.search.certificate import certificate
 from lightloc.search.dictionary import Dictionary
 from lightloc.search.ground import Ground
 from lightloc.search.ladder import Ladder
-from validation.table1.rooms import rooms
+from validation.rooms.plane import rooms
 
 
 @pytest.fixture

@@ -18,7 +18,7 @@ from lightloc.search.ground import Ground
 from lightloc.search.ladder import Ladder
 from lightloc.search.moves import HOPELESS
 from lightloc.search.polish import sharpened
-from validation.table1.rooms import rooms
+from validation.rooms.plane import rooms
 
 LIGHTS = 12
 ROUNDED = 2.0**-24  # relative, of B in 32 bits

@@ -11,7 +11,7 @@ from lightloc.fit.noise import working_sigma
 from lightloc.fit.problem import Problem
 from lightloc.given.options import Options
 from lightloc.search.wide import Unknowns, gathered, joined
-from validation.table1.rooms import rooms
+from validation.rooms.plane import rooms
 
 SIDE = np.array([[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]])
 LONG = 0.05  # a segment; two points at its standard deviation look like it

@@ -15,7 +15,7 @@ from lightloc.search.climb import VAIN
 from lightloc.search.dictionary import Dictionary
 from lightloc.search.ladder import STALLED, Ladder, adapted
 from lightloc.search.view import View
-from validation.table1.rooms import rooms
+from validation.rooms.plane import rooms
 
 SIGMA = 0.01  # of B
 

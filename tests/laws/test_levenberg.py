@@ -16,8 +16,8 @@ from lightloc.fit import batched
 from lightloc.fit.batched import MARGIN, Unknown
 from lightloc.fit.levenberg import Descents, damped_steps, descend
 from lightloc.fit.problem import Problem
-from validation.table1.columns import LOW_ERROR
-from validation.table1.rooms import CLEARANCE, PlaneRoom, rooms
+from validation.rooms.plane import CLEARANCE, PlaneRoom, rooms
+from validation.studies.columns import LOW_ERROR
 
 BOUNDS = np.array([[-1.0, -1.0, 0.0], [1.0, 1.0, 2.0]])
 LIGHTS = PointLights([[0.4, -0.2, 1.1], [-0.5, 0.3, 0.6]], [4.0, 2.0])

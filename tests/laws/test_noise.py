@@ -7,7 +7,7 @@ import pytest
 
 from lightloc import Options, PointLights, localize, radiance
 from lightloc.fit.noise import is_exact, law_of, level_of, working_sigma
-from validation.table1.rooms import rooms
+from validation.rooms.plane import rooms
 
 
 @pytest.fixture

@@ -16,7 +16,7 @@ from lightloc import (
     localize,
     radiance,
 )
-from validation.table1.rooms import rooms
+from validation.rooms.plane import rooms
 
 
 def kinds(found) -> set[Kind]:

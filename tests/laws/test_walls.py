@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from lightloc import Outline, Perimeter
 from lightloc.plane.walls import NEAREST, _pairs, follow
-from validation.table1.rooms import named_outlines, rooms_with_discs
+from validation.rooms.plane import named_outlines, rooms_with_discs
 
 OUTLINES = {**named_outlines(), "eight discs": rooms_with_discs(8, 2, count=1)[0].outline}
 KINKS = 0.05  # steps: corners of curved walls; 0.006 was measured at 400 points a room

@@ -11,11 +11,11 @@ from lightloc import Geodesic, Paper, Perimeter, PointLights, Reason, localize, 
 from lightloc.fit.problem import Problem
 from lightloc.paper.method import along_surface
 from lightloc.paper.optimization import associate, grid_over, iterate, optimize
-from validation.match import compare
-from validation.runs.run import one
-from validation.table1 import columns
-from validation.table1.published import ROWS
-from validation.table1.rooms import PlaneRoom, named_outlines, rooms, rooms_of
+from validation.jobs.pool import one
+from validation.judge.match import compare
+from validation.rooms.plane import PlaneRoom, named_outlines, rooms, rooms_of
+from validation.studies import columns
+from validation.studies.published import ROWS
 
 SCENES = 10  # of each row of Table 1
 UNLUCKY = 0.01  # how rarely a method as good as the paper's may fail a row's test

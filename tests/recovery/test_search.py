@@ -8,10 +8,10 @@ import pytest
 from lightloc import Lambert, Observations, PointLights, Reason, localize, radiance
 from lightloc.fit.information import jacobian
 from lightloc.fit.problem import Problem
-from validation.match import compare
+from validation.judge.match import compare
+from validation.rooms.plane import rooms, rooms_with_discs
+from validation.studies import columns
 from validation.studies.wrong_models import MODELS
-from validation.table1 import columns
-from validation.table1.rooms import rooms, rooms_with_discs
 
 
 def solved(found: PointLights, true: PointLights, position: float, percent: float) -> bool:

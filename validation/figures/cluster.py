@@ -12,7 +12,7 @@ from lightloc import PointLights, Reason, Votes
 from lightloc.paper import State
 from validation.figures import draw
 from validation.figures.plane import LOW_ERROR, Scene, apart
-from validation.table1.rooms import rooms
+from validation.rooms import rooms
 
 LIGHTS = 5
 # Of section 6.1's rooms: one in which one light stands for two at a low error, and one in which

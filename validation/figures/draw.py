@@ -99,7 +99,7 @@ def written(figure: Figure, kind: str) -> bytes:
 
 def outline_colours(along: NDArray, length: float) -> NDArray[np.float64]:
     """(n, 3) colours of places on an outline, once round the circle of hues: Figure 1d's."""
-    from validation.report.colours import oklch, srgb
+    from validation.draw import oklch, srgb
 
     turn = 2 * np.pi * np.asarray(along) / length
     middle, swing = LIGHTNESS

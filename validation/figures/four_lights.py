@@ -12,7 +12,7 @@ from lightloc import PointLights
 from lightloc.paper import State
 from validation.figures import draw
 from validation.figures.plane import Scene, apart, close_up
-from validation.table1.rooms import rooms
+from validation.rooms import rooms
 
 LIGHTS, NUMBER = 4, 46  # of section 6.1's rooms: three peaks at lights, one light without any
 REACH = 5  # cells: a neighbourhood is 11 x 11

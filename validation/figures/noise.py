@@ -10,7 +10,7 @@ import numpy as np
 
 from validation.figures import draw
 from validation.figures.plane import Scene, close_up
-from validation.table1.rooms import rooms
+from validation.rooms import rooms
 
 LIGHTS, NUMBER = 3, 35  # of section 6.1's rooms: its leftmost light is near the middle
 K = 0.05  # the noise (section 6.1)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from lightloc import Conductor, Observations, PointLights, intensity, radiance
 from validation.figures import draw
 from validation.figures.plane import Scene
-from validation.table1.rooms import SQUARE, PlaneRoom
+from validation.rooms import SQUARE, PlaneRoom
 
 LIGHT, BRIGHT = (0.36, 0.62, 0.0), 2.0  # metres, W/sr: off every symmetry of the square
 X0 = 0.66  # of the lower wall

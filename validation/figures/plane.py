@@ -23,7 +23,7 @@ from lightloc import (
 from lightloc.fit import Problem
 from lightloc.paper import DISCONTINUITY, LOWERING_OF_NOISE, RADIUS_OF_NOISE, State, iterate
 from validation.figures import draw
-from validation.table1.rooms import SAMPLES, PlaneRoom
+from validation.rooms import SAMPLES, PlaneRoom
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -20,15 +20,7 @@ from lightloc.fit import Problem
 from lightloc.paper import grid_over, optimize, peaks_of, rendered, votes_of
 from validation.figures import draw
 from validation.figures.plane import apart
-from validation.figures.solid import (
-    OPTIONS,
-    POINTS,
-    SEED,
-    cloud,
-    marked,
-    radiance_points,
-    space,
-)
+from validation.figures.solid import OPTIONS, POINTS, SEED, cloud, marked, radiance_points, space
 
 SCENE, LAMPS = "furnished", (0, 3)
 WALLS = (

@@ -5,13 +5,13 @@ from pathlib import Path
 
 from plotly.offline import get_plotlyjs
 
-from .disk import write_text
-from .pages import TEMPLATES, environment, write_case, write_index
-from .read import read_result, read_suite
-from .studies import find_all, write_study_page
-from .table1 import FILE as TABLE1
-from .table1 import find, write_page
-from .tables import write_csv, write_json, write_junit
+from validation.jobs import write_text
+from validation.report.pages import TEMPLATES, environment, write_case, write_index
+from validation.report.read import read_result, read_suite
+from validation.report.studies import find_all, write_study_page
+from validation.report.table1 import FILE as TABLE1
+from validation.report.table1 import find, write_page
+from validation.report.tables import write_csv, write_json, write_junit
 
 __all__ = ["write", "write_table1", "write_study"]
 

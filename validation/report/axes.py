@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from .words import number
+from validation.report.words import number
 
 LARGEST = (320.0, 340.0)  # a slice's picture fits into this, in the drawing's units (CSS pixels)
 FRAME = 9.0  # thickness of the limiter's frame

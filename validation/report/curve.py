@@ -4,9 +4,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from .axes import Tick, log_bar, round_numbers
-from .read import Step
-from .words import number
+from validation.report.axes import Tick, log_bar, round_numbers
+from validation.report.read import Step
+from validation.report.words import number
 
 WIDTH, HEIGHT = 420.0, 190.0  # of the plotted area, in CSS pixels
 MARGIN = 0.06  # of a side, kept free around the points

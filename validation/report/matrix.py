@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
-from .read import Result
-from .words import material
+from validation.report.read import Result
+from validation.report.words import material
 
 TRANSPORTS = {"direct": "direct light", "full": "with indirect light"}
 

@@ -11,16 +11,17 @@ from urllib.parse import quote
 import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+from validation.jobs import write_text
+from validation.report.curve import curve
+from validation.report.matrix import matrix
+from validation.report.pictures import draw_view
+from validation.report.read import Result, Suite
+from validation.report.room3d import room_data
+from validation.report.rows import light_rows
+from validation.report.slices import draw_slices, near_words
+from validation.report.studies import StudyPage
+
 from . import words
-from .curve import curve
-from .disk import write_text
-from .matrix import matrix
-from .pictures import draw_view
-from .read import Result, Suite
-from .room3d import room_data
-from .rows import light_rows
-from .slices import draw_slices, near_words
-from .studies import StudyPage
 
 TEMPLATES = Path(__file__).parent / "templates"
 ORDER = ("failed", "crashed", "shown", "passed")  # what needs a look comes first

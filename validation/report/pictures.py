@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from .colours import paint, png, srgb, stops
-from .disk import write_bytes
+from validation.draw import paint, png, srgb, stops
+from validation.jobs import write_bytes
 
 WHITE_PERCENTILE = 99.0  # this percentile of the rendered view ...
 WHITE_LEVEL = 0.9  # ... is shown at this share of the display's white, so few pixels burn out

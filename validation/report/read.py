@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
-from .disk import read_json
+from validation.jobs import read_json
 
 SCHEMA = 1
 Outcome = Literal["failed", "crashed", "shown", "passed"]

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .colours import stops
-from .read import Result
-from .words import intensity, metres, percent
+from validation.draw import stops
+from validation.report.read import Result
+from validation.report.words import intensity, metres, percent
 
 POINTS_MOST = 20_000  # a browser turns this many smoothly
 FACES_MOST = 100_000  # beyond it the walls' edges are drawn, and not their faces

@@ -4,8 +4,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from .read import FoundLight, Pair, Result, TrueLight
-from .words import intensity, measured, metres, number, percent
+from validation.report.read import FoundLight, Pair, Result, TrueLight
+from validation.report.words import intensity, measured, metres, number, percent
 
 AXES = "xyz"
 

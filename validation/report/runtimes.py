@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from .axes import Tick, log_bar
+from validation.report.axes import Tick, log_bar
 
 WIDTH, BAND = 700.0, 30.0  # of the plotted area and of a row, in CSS pixels
 SPREAD = 0.62  # of a band that the dots fill

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .axes import Axes, Tick, linear_bar, log_bar
-from .colours import css, paint, place, png, stops
-from .disk import write_bytes
-from .read import Result
-from .words import metres
+from validation.draw import css, paint, place, png, stops
+from validation.jobs import write_bytes
+from validation.report.axes import Axes, Tick, linear_bar, log_bar
+from validation.report.read import Result
+from validation.report.words import metres
 
 NEAR = 0.05  # of the room's diagonal: lights this close to the slice are drawn on it
 D_PERCENTILES = (1.0, 99.0)  # D grows without bound near unlit corners; they'd eat the colours

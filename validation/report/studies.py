@@ -10,10 +10,9 @@ from typing import Any, Literal
 from jinja2 import Environment
 from pydantic import Field
 
+from validation.jobs import write_text
+from validation.report.read import Count, MadeOn, Part, Real, read_checked
 from validation.studies import NAMES
-
-from .disk import write_text
-from .read import Count, MadeOn, Part, Real, read_checked
 
 FILE = "study.json"
 FOLDER = "studies"  # of a report, with a folder in it for each study

@@ -7,11 +7,10 @@ from typing import Any
 from jinja2 import Environment
 from pydantic import Field
 
-from validation.table1.published import SCENES
-
-from .disk import write_text
-from .read import Count, MadeOn, Part, Real, read_checked
-from .runtimes import Runtimes, runtimes
+from validation.jobs import write_text
+from validation.report.read import Count, MadeOn, Part, Real, read_checked
+from validation.report.runtimes import Runtimes, runtimes
+from validation.studies.published import SCENES
 
 FILE = "table1.json"
 MEDIAN, LONGEST = "Median (s)", "Max (s)"

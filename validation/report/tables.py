@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-from .disk import write_bytes, write_text
-from .read import SCHEMA, Result, Suite
-from .words import plain
+from validation.jobs import write_bytes, write_text
+from validation.report.read import SCHEMA, Result, Suite
+from validation.report.words import plain
 
 COLUMNS = (
     *("name", "scene", "brdf", "alpha", "transport", "noise", "gated", "outcome"),

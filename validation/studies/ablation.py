@@ -6,7 +6,7 @@ import statistics
 from collections.abc import Sequence
 from typing import Any
 
-from validation.runs.kept import Ended
+from validation.jobs import Ended
 from validation.studies.ablated import CHANGES, ablated, names, rooms
 from validation.studies.measures import NO_FIGURE, Figure, duration, records, share
 from validation.studies.paired import sign_test

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2, norm
 
-from validation.runs.kept import Ended
+from validation.jobs import Ended
 from validation.studies import scenes
 from validation.studies.measures import (
     NO_FIGURE,

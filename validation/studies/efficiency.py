@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from validation.runs.kept import Ended
+from validation.jobs import Ended
 from validation.studies import scenes
 from validation.studies.coverage import right
 from validation.studies.many import converged

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from validation.runs.kept import Ended
+from validation.jobs import Ended
 from validation.studies.hard_scenes import hard
 from validation.studies.many import certificate_of_unsolved, converged, doubt, says_so, solved
 from validation.studies.measures import (
@@ -63,7 +63,7 @@ STUDY = Study(
     question="Does a change of the search win or lose rooms? These stay the same for ever, and are "
     "hard enough that the search solved only some of each row when they were chosen: many lights "
     "without noise, 5 % of noise, lights among discs, and more lights than usual in rooms of three "
-    "dimensions. Two runs are compared room by room with `python -m validation.studies.paired`. "
+    "dimensions. Two runs are compared room by room with `lightloc paired`. "
     f"At least {FROZEN:.0%} should be solved, as many as then.",
     per_row=4,
     names=names,

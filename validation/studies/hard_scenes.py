@@ -6,8 +6,8 @@ Of how lights are found they know `localize` alone, so that they outlive any sea
 from __future__ import annotations
 
 import render
+from validation.rooms import lit
 from validation.studies import scenes
-from validation.studies.relit import lit
 from validation.studies.trial import Trial, trial
 
 KINDS = ("occluders", "furnished", "plastic_a3")  # rooms in three dimensions, one after another

@@ -5,7 +5,7 @@ from __future__ import annotations
 import statistics
 from collections.abc import Sequence
 
-from validation.runs.kept import Ended
+from validation.jobs import Ended
 from validation.studies import scenes
 from validation.studies.measures import (
     NOTHING,

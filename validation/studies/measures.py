@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from validation.runs.kept import Ended
-from validation.table1.table import NOTHING, seconds
+from validation.jobs import Ended
+from validation.studies.table1 import NOTHING, seconds
 
 Fields = dict[str, Any]  # of a trial, None where a number was not finite
 Keep = Callable[[Fields], bool]

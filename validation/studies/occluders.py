@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from validation.runs.kept import Ended
+from validation.jobs import Ended
 from validation.studies import scenes
 from validation.studies.many import converged, says_so, solved
 from validation.studies.measures import (

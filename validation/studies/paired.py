@@ -1,33 +1,22 @@
-"""Two runs of the same scenes, paired: what one solves and the other does not, and their seconds.
-
-``python -m validation.studies.paired OLD NEW``, both folders that ``lightloc study NAME --out`` or
-``lightloc table1 --out`` wrote. Exits with 1 where significantly many rooms are lost, all together,
-and with 2 for bad input.
-"""
+"""Two runs of the same scenes, paired: what either solves alone, and their seconds."""
 
 from __future__ import annotations
 
 import math
 import statistics
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-import typer
-
-from validation.outputs import sentence
-from validation.runs.command import console
-from validation.runs.kept import FILE, Ended, every, row_of
+from validation.jobs import FILE, Ended, every, row_of
 from validation.studies.measures import Fields
 from validation.studies.study import EVERY
-from validation.table1.table import NOTHING
+from validation.studies.table1 import NOTHING
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-KEPT, LOST, BAD_INPUT = 0, 1, 2
 LEVEL = 0.05  # p below which as many lost rooms do not come by chance
 TITLES = ("rooms", "old", "new", "only old", "only new", "p", "medians", "median ratio")
 
@@ -182,42 +171,3 @@ def _cells(row: Counts) -> list[str]:
     whole = (row.rooms, row.old, row.new, row.lost, row.won)
     ratios = (NOTHING if ratio is None else f"{ratio:.2f}" for ratio in (row.ratio, row.each))
     return [*map(str, whole), f"{row.p:.2g}", *ratios]
-
-
-app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
-
-
-@app.command()
-def paired_command(
-    old: Annotated[Path, typer.Argument(help="Folder of the run to compare with.")],
-    new: Annotated[Path, typer.Argument(help="Folder of the run that must lose nothing.")],
-) -> None:
-    """Compare two runs of the same scenes, room by room.
-
-    Exits with 1 where significantly many rooms are lost, all rows together.
-    """
-    pairs, alone = paired(old, new)
-    lost = [pair for pair in pairs if pair.old and not pair.new]
-    terminal = console()
-    terminal.print(show(pairs))
-    if alone:
-        print(f"{alone} scenes have ended in one of the runs only, and are left out.")
-    for pair in lost:
-        print(f"lost: {pair.name} ({pair.said})")
-    raise typer.Exit(LOST if count(pairs).significantly_lost else KEPT)
-
-
-def main(arguments: Sequence[str]) -> int:
-    """Run the command; one plain sentence and exit code 2 for bad input."""
-    try:
-        return app(list(arguments), standalone_mode=False)
-    except Exception as error:
-        said = sentence(error)
-        if said is None:
-            raise
-        print(f"paired: {said}", file=sys.stderr)
-        return BAD_INPUT
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 import render
 from lightloc import Observations, PointLights, shading
 from render import Room
-from validation.match import compare
-from validation.rivals import RIVALS
-from validation.runs.kept import Ended
+from validation.jobs import Ended
+from validation.judge import compare
 from validation.studies.measures import Fields, duration, share, total, typical
+from validation.studies.rival_solvers import RIVALS
 from validation.studies.scenes import ONE_PERCENT, numbered, parts
 from validation.studies.study import Curve, Line, Measure, Row, Study
 from validation.studies.trial import SOLVED

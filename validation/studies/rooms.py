@@ -6,7 +6,7 @@ import render
 from lightloc import Observations, Options
 from lightloc.fit import Problem, working_sigma
 from lightloc.interreflection import Indirect, Split, spread, straight
-from validation.studies.ceiling import within
+from validation.judge import within
 from validation.studies.trial import Tolerance
 
 

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 import render
 from lightloc import Localization, Observations, localize
 from lightloc.interreflection import Indirect
-from validation.match import Comparison, compare
+from validation.judge import Comparison, compare
+from validation.rooms import MOST, ROOMS, lit
 from validation.studies.many import converged, solved
 from validation.studies.measures import Fields, at_least, below, duration, share, tally, typical
 from validation.studies.occluders import ceiling
-from validation.studies.relit import MOST, ROOMS, lit
 from validation.studies.rooms import most
 from validation.studies.scenes import numbered
 from validation.studies.study import Measure, Row, Study

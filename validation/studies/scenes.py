@@ -7,8 +7,8 @@ from functools import cache
 import numpy as np
 
 from lightloc import Observations
+from validation.rooms import DARK, SAMPLES, PlaneRoom, rooms, rooms_with_discs
 from validation.studies.trial import SOLVED, Tolerance, Trial, trial
-from validation.table1.rooms import DARK, SAMPLES, PlaneRoom, rooms, rooms_with_discs
 
 MANY = (8, 10, 15, 20)  # lights in one room
 DISCS, AMONG_DISCS = (2, 4, 8), (2, 3, 4, 5)  # occluders, and lights among them

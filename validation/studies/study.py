@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from validation.runs.kept import Ended, row_of
+from validation.jobs import Ended, row_of
 from validation.studies.measures import Fields, Figure, Goal, Measured
 
 EVERY = "every row"  # the name of the row over all others

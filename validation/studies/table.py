@@ -8,7 +8,7 @@ from dataclasses import asdict
 from itertools import compress
 from typing import TYPE_CHECKING, Any
 
-from validation.runs.kept import Ended
+from validation.jobs import Ended
 from validation.studies.study import Cell, Row, Study, outcome
 
 if TYPE_CHECKING:

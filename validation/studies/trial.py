@@ -9,8 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lightloc import Geometry, Localization, Observations, PointLights, cramer_rao, localize
-from validation.match import Comparison, compare
-from validation.studies.ceiling import within
+from validation.judge import Comparison, compare, within
 
 SIDE = 1.0  # of every room, metres
 DIAGONAL = math.sqrt(2) * SIDE  # of its floor: the judge's scale

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from lightloc import Conductor, Observations, Options, Plastic, PointLights, radiance
 from lightloc.fit import Criterion, Descents, Problem, working_sigma
 from lightloc.search import sharpened
-from validation.match import compare
+from validation.judge import compare
+from validation.rooms import DARK, INTENSITIES
 from validation.studies.scenes import FEW, ONE_PERCENT, parts, room_list
 from validation.studies.trial import DIAGONAL, Trial, trial
-from validation.table1.rooms import DARK, INTENSITIES
 
 ALBEDO = 0.1  # root mean square of its relative error
 TILT = np.radians(5.0)  # of a normal

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import json
 import math
-import os
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from validation.outputs import SEED, SET, parameters, ready, writable
+from validation.commands.outputs import SEED, SET, parameters, writable
+from validation.jobs import ready, write_json
 
 if TYPE_CHECKING:
     from lightloc import Localization, Observations, Options, Paper
@@ -64,7 +63,7 @@ def localize_command(
         raise ValueError("--rendered: needs --scene, the room that is rendered")
     if method is Method.paper and (rendered or ambient or noise is Noise.estimate):
         raise ValueError("--method paper: has no --rendered, --ambient or --noise estimate")
-    from validation.progress import Bar
+    from validation.commands.progress import Bar
 
     with Bar("searching") as bar:
         import render
@@ -112,9 +111,7 @@ def save(found: Localization, path: Path) -> None:
         "certificate": _known(found.certificate),
         "ambient": _known(found.ambient),
     }
-    part = path.with_name(path.name + ".part")
-    part.write_text(json.dumps(answer, indent=1, allow_nan=False) + "\n")
-    os.replace(part, path)
+    write_json(path, answer)
 
 
 def _known(value: Any) -> Any:

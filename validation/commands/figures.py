@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from validation.outputs import writable
+from validation.commands.outputs import writable
 
 MODULES = {  # number: module, and about how long it takes beside the others
     1: ("one_light", 2),
@@ -41,7 +41,7 @@ def figures_command(
     names = [f"figure{number}.{kind}" for number in chosen for kind in KINDS]
     writable(*(out / name for name in (*names, "index.html")))
 
-    from validation.progress import Bar
+    from validation.commands.progress import Bar
 
     with Bar("figures", total=sum(MODULES[number][1] for number in chosen)) as bar:
         print(draw_all(chosen, out, bar.to, bar.say))
@@ -58,8 +58,7 @@ def draw_all(
 
     from validation.figures.draw import written
     from validation.figures.page import page
-    from validation.made import made
-    from validation.report.disk import write_bytes, write_text
+    from validation.jobs import made, write_bytes, write_text
 
     done, drawings = 0.0, []
     for number in chosen:

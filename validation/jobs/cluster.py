@@ -8,9 +8,9 @@ from collections.abc import Generator, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
-from validation.runs.fingerprint import fingerprint
-from validation.runs.kept import Ended, Scene
-from validation.runs.run import DIED, Each, one
+from validation.jobs.code import fingerprint
+from validation.jobs.one import DIED, Each, one
+from validation.jobs.store import Ended, Scene
 
 CONNECT_SECONDS = 5  # a scheduler on the same network answers in far less
 WORKER_SECONDS = 10  # for a first worker to join, where all were started together

@@ -10,8 +10,8 @@ import numpy as np
 
 from lightloc import Observations, Paper, Perimeter, PointLights, Reason, localize, radiance
 from lightloc.fit import NEARBY, Problem, Unknown, descend
-from validation.match import compare
-from validation.table1.rooms import PlaneRoom, rooms
+from validation.judge import compare
+from validation.rooms import PlaneRoom, rooms
 
 SEED = 2018
 SAMPLES, NOISE = 400, 0.05  # section 6.1

@@ -5,11 +5,11 @@ import math
 from pathlib import Path
 from typing import Any
 
-from lightloc.files import whole
-
 
 def write_bytes(path: Path, content: bytes) -> Path:
     """Write a file and the folders above it; no reader sees half of it."""
+    from lightloc.files import whole  # not before there is something to write: --help is quick
+
     path.parent.mkdir(parents=True, exist_ok=True)
     with whole(path) as part:
         part.write_bytes(content)
@@ -19,6 +19,15 @@ def write_bytes(path: Path, content: bytes) -> Path:
 def write_text(path: Path, content: str) -> Path:
     """Write text as UTF-8; bytes that came from a broken console become question marks."""
     return write_bytes(path, content.encode("utf-8", errors="replace"))
+
+
+def write_json(path: Path, content: Any) -> Path:
+    """Write plain data as JSON, which has neither NaN nor infinity.
+
+    Raises:
+        ValueError: there is one.
+    """
+    return write_text(path, json.dumps(content, indent=1, allow_nan=False) + "\n")
 
 
 def finite(value: Any) -> Any:
@@ -49,3 +58,12 @@ def read_json(path: Path) -> dict[str, Any]:
     if not isinstance(content, dict):
         raise ValueError(f"{path} holds no JSON object.")
     return dict(finite(content))
+
+
+def ready(path: Path) -> Path:
+    """The path, with its folder made: only now that there is something to write."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ValueError(f"{path}: can't be written there ({error.strerror})") from None
+    return path

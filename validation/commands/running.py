@@ -12,7 +12,7 @@ import typer
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from validation.runs.kept import Ended, Scene
+    from validation.jobs import Ended, Scene
 
 PASSED, CRASHED, STOPPED = 0, 1, 130  # 128 + SIGINT, as shells say it
 PLAIN_WIDTH = 110  # columns of text where no terminal says its own
@@ -27,9 +27,8 @@ def carry_out(
         typer.Exit: it was stopped; what had ended is kept.
     """
     from lightloc import backend
-    from validation.progress import Bar
-    from validation.runs.kept import waiting
-    from validation.runs.run import run
+    from validation.commands.progress import Bar
+    from validation.jobs import run, waiting
 
     if dask is None:
         backend.current()  # else every scene would crash, and say so at length

@@ -41,15 +41,6 @@ def writable(*paths: Path | None) -> None:
             raise ValueError(f"{path}: can't be written there")
 
 
-def ready(path: Path) -> Path:
-    """The path, with its folder made: only now that there is something to write."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ValueError(f"{path}: can't be written there ({error.strerror})") from None
-    return path
-
-
 def sentence(error: Exception) -> str | None:
     """What to say of an error on one line; None of one that is no user's doing."""
     if hasattr(error, "format_message"):  # typer's, of an option or a command

@@ -42,8 +42,8 @@ def fingerprint(scene: Callable[[str], Any] | None = None) -> str:
 def needed(module: str) -> dict[str, Path]:
     """The files that a module is made of: its own, and all of `OURS` that these import.
 
-    >>> list(needed("validation.match"))
-    ['validation.match']
+    >>> list(needed("validation.judge.match"))
+    ['validation.judge.match']
     """
     found: dict[str, Path] = {}
     left = [module]
@@ -63,19 +63,28 @@ def _imported(file: Path) -> Iterator[str]:
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
             yield node.module
-            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+            for alias in node.names:
+                yield f"{node.module}.{alias.name}"
+                yield from _behind(node.module, alias.name)
+
+
+def _behind(room: str, name: str) -> Iterator[str]:
+    """The module that a room's door has a name from."""
+    door = _file(f"{room}.__init__")
+    for node in ast.walk(ast.parse(door.read_bytes())) if door else ():
+        if isinstance(node, ast.ImportFrom) and name in (alias.name for alias in node.names):
+            yield str(node.module)
 
 
 def _file(module: str) -> Path | None:
-    """The file of a module in `OURS`; None of any other, and of validation's packages."""
+    """The file of a module in `OURS`; None of any other, and of a room's door."""
     first, *rest = module.split(".")
     if first not in OURS:
         return None
-    if module == "render":  # its names are those of its files
-        rest = ["__init__"]
     file = _folder(first).joinpath(*rest).with_suffix(".py") if rest else None
     return file if file and file.is_file() else None
 
 
+@functools.cache
 def _folder(package: str) -> Path:
     return Path(str(importlib.resources.files(package)))

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from validation.outputs import writable
-from validation.runs.command import CRASHED, PASSED, carry_out, console
+from validation.commands.outputs import writable
+from validation.commands.running import CRASHED, PASSED, carry_out, console
 from validation.studies import NAMES
 
 if TYPE_CHECKING:
@@ -49,10 +49,8 @@ def find(name: str) -> Study:
 
 def _study(study: Study, out: Path, scenes: int | None, jobs: int) -> int:
     """Run one study, print its table and write it; the number of scenes that crashed."""
-    from validation.made import made
+    from validation.jobs import made, read, write_text
     from validation.report import write_study
-    from validation.report.disk import write_text
-    from validation.runs.kept import read
     from validation.studies import study as rows_of
     from validation.studies import table
 

@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
-from validation.runs.kept import Ended, row_of
-from validation.table1.published import SCENES, figure
+from validation.jobs import Ended, row_of
+from validation.studies.published import SCENES, figure
 
 if TYPE_CHECKING:
     from rich.table import Table

@@ -19,6 +19,8 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from validation.jobs import write_json
+
 SCHEMA = 1
 OUTCOMES = ("passed", "failed", "shown", "crashed")
 TIMEOUT = 300.0  # seconds after which a case counts as crashed
@@ -159,14 +161,6 @@ def _merged(summary: dict[str, Any], out: Path) -> dict[str, Any]:
     }
 
 
-def write_json(path: Path, content: Any) -> None:
-    """Write a JSON file whole or not at all."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(path.name + ".part")
-    part.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    os.replace(part, path)
-
-
 def fingerprint(case: Case) -> str:
     """SHA-256 of the row and of all the code and scenes that make its result."""
     digest = hashlib.sha256(case.model_dump_json().encode())
@@ -194,7 +188,7 @@ def _child(case: Case, out: Path, command: str) -> dict[str, Any]:
     order = json.dumps({"case": case.model_dump(), "command": command})
     try:
         child = subprocess.run(
-            [sys.executable, "-m", "validation.case", str(folder)],
+            [sys.executable, "-m", "validation.suite.case", str(folder)],
             input=order,
             capture_output=True,
             text=True,

@@ -14,8 +14,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from validation.outputs import ready
-from validation.runs.fingerprint import fingerprint
+from validation.jobs.code import fingerprint
+from validation.jobs.disk import ready
 
 Scene = Callable[[str], Any]  # a name in, a dataclass of plain values out
 FILE = "scenes.jsonl"

@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from validation.outputs import writable
-from validation.runs.command import CRASHED, PASSED, carry_out, console
+from validation.commands.outputs import writable
+from validation.commands.running import CRASHED, PASSED, carry_out, console
 
 
 def table1_command(
@@ -28,7 +28,7 @@ def table1_command(
 
     Example: lightloc table1 --scenes 10 --row noisy-5
     """
-    from validation.table1.published import ROWS
+    from validation.studies.published import ROWS
 
     for name in row:
         if name not in ROWS:
@@ -37,8 +37,8 @@ def table1_command(
         raise ValueError(f"--jobs {jobs}: the cluster at --dask {dask} has its own workers")
     writable(*(out / file for file in ("scenes.jsonl", "table1.md", "table1.json", "index.html")))
 
-    from validation.runs.kept import row_of
-    from validation.table1 import columns
+    from validation.jobs import row_of
+    from validation.studies import columns
 
     names = columns.names(scenes)
     chosen = [name for name in names if not row or row_of(name) in row]
@@ -49,11 +49,10 @@ def table1_command(
 
 def _show(out: Path, names: list[str], chosen: list[str]) -> int:
     """Print the table and write it; the number of scenes that crashed."""
-    from validation.made import made
+    from validation.jobs import made, read, write_text
     from validation.report import write_table1
-    from validation.report.disk import write_text
-    from validation.runs.kept import read
-    from validation.table1 import columns, table
+    from validation.studies import columns
+    from validation.studies import table1 as table
 
     ended = read(out, columns.scene)
     rows, how = table.tabulate(names, ended), made()

@@ -1,6 +1,6 @@
 """Run one case: load, observe, localize, judge. The child process of a suite.
 
-``python -m validation.case FOLDER`` reads the row as JSON from standard input and leaves
+``python -m validation.suite.case FOLDER`` reads the row as JSON from standard input and leaves
 result.json, observations.npz, room.npz, fields.npz, view.npz and view.exr in FOLDER.
 """
 
@@ -19,11 +19,10 @@ import numpy as np
 import render
 from lightloc import Localization, Observations, PointLights, Reason, localize
 from render import Room
-from validation.made import made
-from validation.match import RADIUS, Comparison, compare
-from validation.pictures import save_fields, save_room, save_view
-from validation.sphere import judge_sphere
-from validation.suite import SCHEMA, Case, fingerprint, write_json
+from validation.jobs import made, write_json
+from validation.judge import RADIUS, Comparison, compare, judge_sphere
+from validation.suite.cases import SCHEMA, Case, fingerprint
+from validation.suite.pictures import save_fields, save_room, save_view
 
 RERENDER_SPP = 256  # its noise is known and counted
 OTHER_SEED, THIRD_SEED = 7919, 15_838

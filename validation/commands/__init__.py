@@ -1,0 +1,1 @@
+"""The commands of `lightloc`, a file each, and what they share."""

@@ -1,0 +1,41 @@
+"""Named scenes in, records out: run on all cores or a cluster, kept as they end, and resumed.
+
+For other rooms, in pipeline order:
+
+- `ready`: a path whose folder is there.
+- `write_bytes`: a file that appears whole.
+- `write_text`: the same of text.
+- `write_json`: the same of plain data.
+- `read_json`: one JSON object, or a sentence.
+- `made`: when, where and with what a result is made.
+- `Scene`: what runs a scene: a name in, a dataclass of plain values out.
+- `Ended`: a scene that has ended.
+- `FILE`: the name of the file that keeps them.
+- `row_of`: the row that a scene's name belongs to.
+- `every`: what a folder has, whatever code wrote it.
+- `read`: what it has of this code's scene.
+- `waiting`: the scenes that have no result yet.
+- `run`: runs these.
+"""
+
+from validation.jobs.disk import read_json, ready, write_bytes, write_json, write_text
+from validation.jobs.pool import run
+from validation.jobs.provenance import made
+from validation.jobs.store import FILE, Ended, Scene, every, read, row_of, waiting
+
+__all__ = [
+    "ready",
+    "write_bytes",
+    "write_text",
+    "write_json",
+    "read_json",
+    "made",
+    "Scene",
+    "Ended",
+    "FILE",
+    "row_of",
+    "every",
+    "read",
+    "waiting",
+    "run",
+]

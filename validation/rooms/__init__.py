@@ -1,0 +1,39 @@
+"""Rooms with known lights, in two and three dimensions, that studies and figures look at.
+
+For other rooms, in pipeline order:
+
+- `SQUARE`: the corners of the square room.
+- `SAMPLES`: observations of a 2D room (section 4.1).
+- `INTENSITIES`: the range of a light's (section 6.1).
+- `DARK`: share of the mean B that no point is trusted to be darker than.
+- `PlaneRoom`: a 2D room and the truth about its lights.
+- `rooms`: square rooms, as in section 6.1.
+- `rooms_with_discs`: the same with occluders.
+- `ROOMS`: the kinds of rooms in three dimensions.
+- `MOST`: most lights of one.
+- `lit`: a standard scene with random lights of its own.
+"""
+
+from validation.rooms.plane import (
+    DARK,
+    INTENSITIES,
+    SAMPLES,
+    SQUARE,
+    PlaneRoom,
+    rooms,
+    rooms_with_discs,
+)
+from validation.rooms.relit import MOST, ROOMS, lit
+
+__all__ = [
+    "SQUARE",
+    "SAMPLES",
+    "INTENSITIES",
+    "DARK",
+    "PlaneRoom",
+    "rooms",
+    "rooms_with_discs",
+    "ROOMS",
+    "MOST",
+    "lit",
+]
