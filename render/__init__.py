@@ -4,6 +4,7 @@ import lightloc.backend  # noqa: F401  (first: it chooses the LLVM library)
 from render.camera import photograph
 from render.descent import optimize
 from render.exr import read_exr, write_exr
+from render.files import files_of
 from render.interreflection import interreflected
 from render.observe import attach, observe, remeasure
 from render.pixels import observe_view
@@ -15,6 +16,7 @@ __all__ = [
     "SceneGeometry",
     "View",
     "attach",
+    "files_of",
     "interreflected",
     "load",
     "observe",

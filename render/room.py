@@ -111,7 +111,7 @@ def load(path: str | Path, **parameters: Any) -> Room:
     use_mitsuba()
     path = find(path)
     _check_parameters(path, parameters)
-    values = {name: _text(value) for name, value in parameters.items()}
+    values = {name: text_of(value) for name, value in parameters.items()}
     try:
         check_meshes(path, values)
         scene = mi.load_file(str(path), optimize=False, **values)
@@ -200,11 +200,12 @@ def _check_parameters(path: Path, parameters: Mapping[str, Any]) -> None:
             raise ValueError(
                 f"{path}: has no parameter '{name}' (it has: {', '.join(sorted(known)) or 'none'})"
             )
-        if _text(value).strip().lower().lstrip("+-") in NOT_FINITE:
+        if text_of(value).strip().lower().lstrip("+-") in NOT_FINITE:
             raise ValueError(f"{path}: parameter '{name}' is {value}; expected a finite number")
 
 
-def _text(value: Any) -> str:
+def text_of(value: Any) -> str:
+    """A parameter as Mitsuba reads it."""
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 

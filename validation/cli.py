@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 import os
 import sys
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -17,9 +18,6 @@ from validation.commands.paired import paired_command
 from validation.commands.study import study_command
 from validation.commands.table1 import table1_command
 from validation.jobs import ready
-
-if TYPE_CHECKING:
-    from validation.suite import Case
 
 PASSED, FAILED, BAD_INPUT = 0, 1, 2
 
@@ -40,9 +38,20 @@ class Transport(StrEnum):
 SCENE = Annotated[str, typer.Argument(help="A Mitsuba XML file, or the name of a standard scene.")]
 
 
+def say_version(asked: bool) -> None:
+    """Print the version that is installed, and stop."""
+    if asked:
+        print(f"lightloc {importlib.metadata.version('lightloc')}")
+        raise typer.Exit(PASSED)
+
+
 @app.callback()
 def common(
     debug: Annotated[bool, typer.Option(help="Show the traceback of an error.")] = False,
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=say_version, is_eager=True, help="Print the version."),
+    ] = False,
 ) -> None:
     if debug:
         os.environ["LIGHTLOC_DEBUG"] = "1"
@@ -146,37 +155,30 @@ def validate_command(
     jobs: Annotated[int, typer.Option(min=0, help="Cases at a time; 0: one a core.")] = 0,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="List the cases and stop.")] = False,
 ) -> None:
-    """Run a suite, each case in a process of its own. Exits with 1 where a case failed.
+    """Run a suite, several cases at a time. Exits with 1 where a case failed.
 
     Example: lightloc validate --case box_two-direct
     """
     from validation.commands.progress import Bar
-    from validation.suite import read_suite, run
+    from validation.suite import Cases, read_suite, run_case, run_cases
 
-    name, cases = read_suite(suite)
+    name, rows = read_suite(suite)
     if case:
-        unknown = set(case) - {row.name for row in cases}
+        unknown = set(case) - {row.name for row in rows}
         if unknown:
             raise ValueError(f"{suite}: has no case '{sorted(unknown)[0]}'")
-        cases = [row for row in cases if row.name in case]
+        rows = [row for row in rows if row.name in case]
     if dry_run:
-        for row in cases:
+        for row in rows:
             print(f"{row.name:34} {row.claim}")
         return
     from lightloc import backend
 
     writable(out / "suite.json")
     backend.current()  # else every case would crash, and say so at length
-    with Bar("cases", total=len(cases)) as bar:
-        summary = run(
-            name,
-            cases,
-            out,
-            jobs or os.cpu_count() or 1,
-            _again(suite),
-            bar.case,
-            again=bool(case),
-        )
+    cases = Cases(rows, out, suite, run_case)
+    with Bar("cases", total=len(rows)) as bar:
+        summary = run_cases(name, cases, jobs, bar.case, again=bool(case))
     print(
         f"{summary['passed']} passed, {summary['failed']} failed, {summary['crashed']} crashed, "
         f"{summary['shown']} shown, in {summary['seconds']:.0f} s"
@@ -227,11 +229,3 @@ def main() -> None:
             raise
         print(f"lightloc: {said}", file=sys.stderr)
         sys.exit(BAD_INPUT)
-
-
-def _again(suite: str) -> Any:
-    def command(row: Case) -> str:
-        where = "" if suite == "standard" else f"--suite {suite} "
-        return f"lightloc validate {where}--case {row.name}"
-
-    return command

@@ -362,6 +362,16 @@ def test_help_loads_nothing_heavy(tmp_path):
     assert lightloc_command(cwd=tmp_path).stdout == done.stdout
 
 
+def test_the_version_is_said_in_one_place(tmp_path):
+    """The command, the package and the citation agree."""
+    done = lightloc_command("--version", cwd=tmp_path)
+    assert done.returncode == 0 and done.stdout == f"lightloc {lightloc.__version__}\n"
+    assert (
+        f"\nversion: {lightloc.__version__}\n"
+        in (Path(__file__).parents[2] / "CITATION.cff").read_text()
+    )
+
+
 def test_doctor_says_what_runs(tmp_path):
     """doctor prints the LLVM version and that a tiny render works."""
     done = lightloc_command("doctor", cwd=tmp_path)

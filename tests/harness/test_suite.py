@@ -5,10 +5,13 @@ from __future__ import annotations
 
 import itertools
 import json
+import os
+import re
 import shutil
-import stat
+import signal
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -17,8 +20,9 @@ import numpy as np
 import pytest
 
 import render
-import validation.suite.cases
-from validation.suite.cases import Case, read_suite, run
+from validation.jobs import every, write_json
+from validation.jobs.code import needed
+from validation.suite import Case, Cases, read_suite, run_case, run_cases
 
 LIGHTLOC = Path(sys.executable).with_name("lightloc")
 TRUE = {"position", "intensity"}
@@ -55,20 +59,16 @@ CRASHED = {
     *("outcome", "why", "command", "made"),
 }
 
-# stands in for the interpreter: a child that dies of a signal, or is done at once
-CHILD = """#!{python}
-import json, os, signal, sys
-order = json.loads(sys.stdin.read())
-from validation.suite.cases import Case
-from validation.suite.cases import fingerprint
-from validation.suite.cases import write_json
-from pathlib import Path
-case = Case(**order["case"])
-if case.name == "killed":
-    os.kill(os.getpid(), signal.SIGSEGV)
-content = {{"outcome": "passed", "name": case.name, "fingerprint": fingerprint(case)}}
-write_json(Path(sys.argv[3]) / "result.json", content)
-"""
+
+def quick_case(case: Case, folder: Path, command: str) -> dict[str, Any]:
+    """Stands in for `run_case`: done at once, killed by a signal, or never done."""
+    if case.name == "killed":
+        os.kill(os.getpid(), signal.SIGSEGV)
+    if case.name == "slow":
+        time.sleep(60)
+    result = {"outcome": "passed", "name": case.name}
+    write_json(folder / "result.json", result)
+    return result
 
 
 @pytest.fixture(scope="module")
@@ -167,36 +167,33 @@ def rows(*names: str, **more: Any) -> list[Case]:
 
 
 @pytest.fixture
-def quick(monkeypatch, tmp_path) -> Callable[..., tuple[dict[str, Any], dict[str, int]]]:
-    """Run cases into tmp_path/run with quick children; gives the summary and when each was made."""
-    child = tmp_path / "python"
-    child.write_text(CHILD.format(python=sys.executable))
-    child.chmod(child.stat().st_mode | stat.S_IXUSR)
-    monkeypatch.setattr(validation.suite.cases.sys, "executable", str(child))
+def quick(tmp_path) -> Callable[..., tuple[dict[str, Any], dict[str, int]]]:
+    """Run cases into tmp_path/run quickly; gives the summary and when each result was made."""
     out = tmp_path / "run"
 
     def go(cases: list[Case], again: bool = False) -> tuple[dict[str, Any], dict[str, int]]:
-        summary = run("quick", cases, out, 2, command=lambda case: "repeat", again=again)
+        summary = run_cases("quick", Cases(cases, out, "quick", quick_case), 2, again=again)
         files = {case.name: out / "cases" / case.name / "result.json" for case in cases}
         return summary, {name: file.stat().st_mtime_ns for name, file in files.items()}
 
     return go
 
 
-def test_a_child_that_dies_fails_its_case_alone(quick, tmp_path):
-    """Killed by a signal, a case has crashed, says of what, and the others still run."""
+def test_a_case_that_kills_its_process_fails_alone(quick, tmp_path):
+    """Killed by a signal, a case has crashed, says so, and the others still run."""
     summary, _ = quick(rows("one", "killed", "two"))
     assert (summary["passed"], summary["crashed"]) == (2, 1)
     crashed = result(tmp_path / "run", "killed")
     assert set(crashed) == CRASHED
-    assert crashed["why"] == ["the case's process ended with -11"]
+    assert crashed["why"] == ["its process died"]
 
 
-def test_a_child_that_hangs_is_ended(quick, monkeypatch):
-    """A case that runs too long has crashed; here anything is too long."""
-    monkeypatch.setattr(validation.suite.cases, "TIMEOUT", 1e-3)
-    summary, _ = quick(rows("slow"))
-    assert summary["crashed"] == 1
+def test_a_case_that_hangs_is_ended(quick, monkeypatch, tmp_path):
+    """A case that runs too long has crashed, and no other."""
+    monkeypatch.setattr("validation.suite.run.LIMIT", 8.0)
+    summary, _ = quick(rows("one", "slow", "two"))
+    assert (summary["passed"], summary["crashed"]) == (2, 1)
+    assert result(tmp_path / "run", "slow")["why"] == ["it ran longer than 8 s"]
 
 
 def test_a_run_goes_on_where_it_stopped(quick, tmp_path):
@@ -227,8 +224,9 @@ def test_a_stale_result_is_made_again(quick, tmp_path):
     _, second = quick(rows("one") + rows("two", seed=1))
     assert second["one"] == first["one"]
     assert second["two"] != first["two"]
-    file = tmp_path / "run" / "cases" / "one" / "result.json"
-    file.write_text(file.read_text().replace('"fingerprint": "', '"fingerprint": "0'))
+    file = tmp_path / "run" / "scenes.jsonl"
+    of_one, of_two = (e.fingerprint for e in list(every(file.parent))[:2])
+    file.write_text(file.read_text().replace(of_one, of_two))
     _, third = quick(rows("one") + rows("two", seed=1))
     assert third["one"] != second["one"]
     assert third["two"] == second["two"]
@@ -268,3 +266,25 @@ def test_one_case_again_keeps_the_others(quick, tmp_path):
     assert after["a"] > before["a"]
     listed = json.loads((tmp_path / "run" / "suite.json").read_text())
     assert (listed["cases"], listed["passed"]) == (["a", "b"], 2)
+
+
+def test_a_scene_of_ones_own_is_followed_to_its_files(quick, tmp_path):
+    """A mesh that was edited makes the cases of its scene anew, and no others."""
+    scene = tmp_path / "mine.xml"
+    scenes = Path(render.__file__).parents[1] / "scenes"
+    scene.write_text((scenes / "furnished.xml").read_text())
+    shutil.copytree(scenes / "meshes", tmp_path / "meshes")
+    cases = rows("one") + rows("mine", scene=str(scene))
+    _, first = quick(cases)
+    assert quick(cases)[1] == first
+    with (tmp_path / "meshes" / "vase.ply").open("ab") as mesh:
+        mesh.write(b"\n")
+    _, second = quick(cases)
+    assert {name for name in first if second[name] != first[name]} == {"mine"}
+
+
+def test_what_only_draws_makes_no_case_anew():
+    """The code of a case holds the judge and the renderer, not the report, figures or studies."""
+    made = set(needed(run_case.__module__))
+    assert {"validation.judge.match", "render.observe", "validation.suite.pictures"} < made
+    assert not [name for name in made if re.match(r"validation\.(report|figures|studies)", name)]

@@ -1,21 +1,23 @@
-"""Prose that runs: docstring examples, the README's blocks, and its table of symbols.
+"""Prose that runs: docstring examples, the pages' blocks, and the table of symbols.
 
-In the README, fenced ``python`` blocks run one after another, as one reader would type them; in
-``console`` blocks the lines that begin with ``$ lightloc`` run, in a folder of their own. What
-begins otherwise is left to the reader, ``$ make`` too. The symbol table is the Markdown table
-that begins ``| letter | name | file |``.
+On a page (the README, CONTRIBUTING.md and the book's chapters) fenced ``python`` blocks run one
+after another, as one reader would type them; in ``console`` blocks the lines that begin with
+``$ lightloc`` run, in a folder of their own. What begins otherwise is left to the reader. The symbol
+table is the Markdown table that begins ``| letter | name | file |``.
 """
 
 from __future__ import annotations
 
 import ast
 import doctest
+import functools
 import importlib
 import pkgutil
 import re
 import shlex
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
 
@@ -26,10 +28,12 @@ import render
 import validation
 
 ROOT = Path(__file__).parents[2]
-README = (ROOT / "README.md").read_text()
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+METHOD = (ROOT / "docs" / "method.md").read_text()
+WORDS = 900  # most of the README: one page
 PACKAGES = (lightloc, render, validation)
 FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
-RUNS_FOR = 300  # seconds at most for one shell line of the README
+RUNS_FOR = 300  # seconds at most for one shell line
 SYMBOLS = re.compile(r"\| *letter *\| *name *\| *file *\|.*\n\|[-| :]+\|\n((?:\|.*\n?)+)")
 
 
@@ -45,9 +49,10 @@ def modules() -> list[str]:
     return names
 
 
-def blocks(language: str) -> list[str]:
-    """The README's fenced blocks in a language."""
-    return re.findall(rf"^```{language}\n(.*?)^```", README, flags=re.MULTILINE | re.DOTALL)
+def blocks(page: Path, language: str) -> list[str]:
+    """A page's fenced blocks in a language."""
+    fenced = rf"^```{language}\n(.*?)^```"
+    return re.findall(fenced, page.read_text(), flags=re.MULTILINE | re.DOTALL)
 
 
 def commands(text: str) -> list[str]:
@@ -111,28 +116,43 @@ def test_public_names_are_documented(name):
     )
 
 
-def test_readme_python(tmp_path, monkeypatch):
-    """The README's Python blocks run, in order, from the project's root."""
+def test_the_readme_is_one_page():
+    assert len((ROOT / "README.md").read_text().split()) <= WORDS
+
+
+WITH_PYTHON = [page for page in PAGES if blocks(page, "python")]
+SHELL = [(page, c) for page in PAGES for b in blocks(page, "console") for c in commands(b)]
+
+
+@pytest.mark.parametrize("page", WITH_PYTHON, ids=lambda page: page.name)
+def test_python_blocks(page, monkeypatch):
+    """A page's Python blocks run, in order, from the project's root."""
     monkeypatch.chdir(ROOT)
-    space: dict = {"__name__": "readme"}
-    for number, block in enumerate(blocks("python"), start=1):
-        exec(compile(block, f"README.md, Python block {number}", "exec"), space)
+    space: dict = {"__name__": page.stem}
+    for number, block in enumerate(blocks(page, "python"), start=1):
+        exec(compile(block, f"{page.name}, Python block {number}", "exec"), space)
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory) -> Path:
-    """One folder for all shell lines: a later one may read what an earlier one wrote."""
-    return tmp_path_factory.mktemp("readme")
+def folder(tmp_path_factory) -> Callable[[Path], Path]:
+    """A folder a page: a later line may read what an earlier one wrote."""
+
+    @functools.cache
+    def make(page: Path) -> Path:
+        made = tmp_path_factory.mktemp(page.stem)
+        (made / "scenes").symlink_to(ROOT / "scenes")
+        return made
+
+    return make
 
 
-@pytest.mark.parametrize("line", [c for block in blocks("console") for c in commands(block)])
-def test_readme_shell(line, folder):
-    """Each ``$ lightloc`` line of the README runs and ends well."""
-    scenes = folder / "scenes"
-    if not scenes.exists():
-        scenes.symlink_to(ROOT / "scenes")
+@pytest.mark.parametrize(("page", "line"), SHELL, ids=lambda value: getattr(value, "name", value))
+def test_shell_lines(page, line, folder):
+    """Each ``$ lightloc`` line of a page runs and ends well."""
     program = [str(Path(sys.executable).parent / "lightloc"), *shlex.split(line, comments=True)[1:]]
-    done = subprocess.run(program, cwd=folder, capture_output=True, text=True, timeout=RUNS_FOR)
+    done = subprocess.run(
+        program, cwd=folder(page), capture_output=True, text=True, timeout=RUNS_FOR
+    )
     assert done.returncode == 0, f"$ {line}\n{done.stdout[-2000:]}\n{done.stderr[-2000:]}"
 
 
@@ -147,9 +167,9 @@ def test_shell_lines_are_found():
 
 
 def test_symbol_table():
-    """Every letter of the paper has its name in the file that the README says."""
-    assert symbols(README)
-    assert not missing_symbols(symbols(README))
+    """Every letter of the paper has its name in the file that the book says."""
+    assert symbols(METHOD)
+    assert not missing_symbols(symbols(METHOD))
 
 
 def test_a_wrong_symbol_is_seen():

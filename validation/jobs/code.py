@@ -1,4 +1,4 @@
-"""What code made a record: a hash of lightloc and of the files that the scene's function needs."""
+"""What made a record: a hash of the code that a scene needs, and of what it is given."""
 
 from __future__ import annotations
 
@@ -9,34 +9,59 @@ import importlib.metadata
 import importlib.resources
 import json
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
 OURS = ("validation", "render")
-BELOW = ("drjit", "numpy", "scipy")  # whose versions may change a result
+BELOW = ("drjit", "mitsuba", "numpy", "scipy")  # whose versions may change a result
+SCENE_FILES = ("xml", "ply")
+
+
+def fingerprint(scene: Callable[[str], Any] | None = None, name: str = "") -> str:
+    """SHA-256 of the code that makes a scene's record, and of all that it is given.
+
+    Args:
+        scene: runs a scene: a function; or a value with a function ``one`` whose code it is, and
+            with ``given``, which says by name what else decides a record: values, and files such
+            as the user's own scene.
+    """
+    given: Callable[[str], Iterable[str | Path]] | None = getattr(scene, "given", None)
+    code = _code(getattr(scene, "one", scene).__module__ if scene else None, given is None)
+    if given is None:
+        return code
+    digest = hashlib.sha256(code.encode())
+    for part in given(name):
+        digest.update(_content(part) if isinstance(part, Path) else part.encode())
+    return digest.hexdigest()
 
 
 @functools.cache
-def fingerprint(scene: Callable[[str], Any] | None = None) -> str:
-    """SHA-256 of the code that makes a scene's record.
+def _code(module: str | None, scenes: bool) -> str:
+    """A hash of lightloc, of what is below it, and of the files that a module needs.
 
-    It is of lightloc, of what is below it, and of the files of `validation` and `render` that the
-    function's own file needs, with the scenes where it renders: those that only run scenes or
-    show what came out change no result.
+    Of `validation` and `render` only these count, with all packaged ``scenes`` where it renders:
+    what only runs scenes or shows what came out changes no result.
     """
     versions = [importlib.metadata.version(name) for name in BELOW]
     backend = os.environ.get("LIGHTLOC_BACKEND", "llvm")
     digest = hashlib.sha256(json.dumps([versions, backend]).encode())
     lightloc = _folder("lightloc")
     files = {str(file.relative_to(lightloc)): file for file in lightloc.rglob("*.py")}
-    own = needed(scene.__module__) if scene else {}
-    if any(name.startswith("render.") for name in own):
-        own |= {f"scenes.{file.stem}": file for file in _folder("scenes").glob("*.xml")}
+    own = needed(module) if module else {}
+    if scenes and any(name.startswith("render.") for name in own):
+        folder = _folder("scenes")
+        found = (file for kind in SCENE_FILES for file in folder.rglob(f"*.{kind}"))
+        own |= {f"scenes/{file.relative_to(folder)}": file for file in found}
     files |= own
     for name, file in sorted(files.items()):
         digest.update(name.encode() + file.read_bytes())
     return digest.hexdigest()
+
+
+def _content(file: Path) -> bytes:
+    """A hash of a file; of nothing where it is not there."""
+    return hashlib.sha256(file.read_bytes()).digest() if file.is_file() else b""
 
 
 def needed(module: str) -> dict[str, Path]:
@@ -60,7 +85,8 @@ def _imported(file: Path) -> Iterator[str]:
     """Every name that an import in a file may mean a module by."""
     for node in ast.walk(ast.parse(file.read_bytes())):
         if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
+            for alias in node.names:
+                yield from (alias.name, f"{alias.name}.__init__")
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
             yield node.module
             for alias in node.names:

@@ -22,12 +22,16 @@ ONE_AT_A_TIME = threading.Lock()  # in a Dask worker with several threads
 DIED = "its process died"
 
 
-def one(scene: Scene, name: str) -> Ended:
-    """Run one scene in this process, with one thread. Never raises for what the scene does."""
+def one(scene: Scene, name: str, threads: int = 1) -> Ended:
+    """Run one scene in this process. Never raises for what the scene does.
+
+    Args:
+        threads: of its kernels.
+    """
     with ONE_AT_A_TIME:
         start, record, said = time.perf_counter(), None, ""
         try:
-            _use_one_thread()
+            _use(threads)
             record = {key: _plain(value) for key, value in asdict(scene(name)).items()}
             json.dumps(record, allow_nan=False)  # else it could not be kept
         except Exception as error:
@@ -35,15 +39,16 @@ def one(scene: Scene, name: str) -> Ended:
             text = " ".join(str(error).split())
             place = f"{Path(last.filename).name}, line {last.lineno}"
             record, said = None, f"{type(error).__name__}: {text} ({place})"
-        return Ended(name, fingerprint(scene), round(time.perf_counter() - start, 3), record, said)
+        elapsed = round(time.perf_counter() - start, 3)
+        return Ended(name, fingerprint(scene, name), elapsed, record, said)
 
 
-def _use_one_thread() -> None:
+def _use(threads: int) -> None:
     import lightloc  # noqa: F401  (before drjit: it chooses the LLVM library)
 
     import drjit  # isort: skip
 
-    drjit.set_thread_count(1)
+    drjit.set_thread_count(threads)
 
 
 def _plain(value: Any) -> Any:

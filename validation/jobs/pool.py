@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import signal
 import threading
@@ -10,6 +11,8 @@ from collections import deque
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, wait
 from contextlib import AbstractContextManager, closing, contextmanager
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -30,80 +33,111 @@ def run(
     out: Path,
     *,
     jobs: int = 0,
+    threads: int = 1,
+    limit: float = math.inf,
+    again: bool = False,
     dask: str | None = None,
     watch: Callable[[Ended], None] = lambda ended: None,
 ) -> None:
     """Run the scenes that OUT/scenes.jsonl has no result of, and append each as it ends.
 
-    ``jobs`` at a time, 0 for one a core, or on the Dask cluster at the address ``dask``. A scene
-    that raises, or whose process dies, has crashed and stops no other.
+    A scene that raises, whose process dies, or that runs for too long has crashed and stops no
+    other.
+
+    Args:
+        jobs: scenes at a time, 0 for one a core; not on a cluster.
+        threads: of each scene's kernels; one on a cluster.
+        limit: seconds that a scene may run; not on a cluster.
+        again: whether scenes that have a result are run, too.
+        dask: the address of a Dask cluster to run on.
+        watch: is told each scene that has ended.
 
     Raises:
         ValueError: the address doesn't answer, a worker runs other code, or another run is
             writing to OUT.
         RuntimeError: the cluster went away; what had ended is kept.
     """
-    left = waiting(names, out, scene)
+    left = list(names) if again else waiting(names, out, scene)
     if not left:
         return
-    with _pool(scene, jobs, dask) as each, appending(out) as keep, closing(each(left)) as ends:
+    pool = _local(scene, jobs, threads, limit) if dask is None else _remote(scene, dask)
+    with pool as each, appending(out) as keep, closing(each(left)) as ends:
         for ended in ends:
-            if ended.fingerprint != fingerprint(scene):
+            if ended.fingerprint != fingerprint(scene, ended.name):
                 where = f"--dask {dask}: a worker runs" if dask else "there is now"
                 raise ValueError(f"{where} other code than this run began with; start it again")
             keep(ended)
             watch(ended)
 
 
-def _pool(scene: Scene, jobs: int, dask: str | None) -> AbstractContextManager[Each]:
-    if dask is None:
-        return _local(scene, jobs)
+def _remote(scene: Scene, dask: str) -> AbstractContextManager[Each]:
     from validation.jobs.cluster import cluster
 
     return cluster(dask, scene)
 
 
 @contextmanager
-def _local(scene: Scene, jobs: int) -> Iterator[Each]:
+def _local(scene: Scene, jobs: int, threads: int, limit: float) -> Iterator[Each]:
     from joblib import cpu_count
 
-    many = jobs or cpu_count()
+    run_one = partial(one, scene, threads=threads)
+
+    def crashed(name: str, seconds: float, said: str) -> Ended:
+        return Ended(name, fingerprint(scene, name), seconds, None, said)
 
     def each(names: Sequence[str]) -> Generator[Ended, None, None]:
         queue = deque(names)
         while queue:
-            for name in (yield from _until_one_dies(scene, queue, many)):
+            ran = yield from _until_one_fails(run_one, queue, jobs or cpu_count(), limit)
+            long = list(ran.long)
+            for name in ran.suspects:
                 # One of these killed its process; alone in a pool, it shows which.
-                if (yield from _until_one_dies(scene, deque([name]), 1)):
-                    yield Ended(name, fingerprint(scene), 0.0, None, DIED)
+                alone = yield from _until_one_fails(run_one, deque([name]), 1, limit)
+                long += alone.long
+                if alone.suspects:
+                    yield crashed(name, 0.0, DIED)
+            for name in long:
+                yield crashed(name, limit, f"it ran longer than {limit:g} s")
 
     yield each
 
 
-def _until_one_dies(
-    scene: Scene, queue: deque[str], jobs: int
-) -> Generator[Ended, None, list[str]]:
-    """Run from the queue until it is empty; return the scenes that ran when a process died."""
+@dataclass(frozen=True)
+class _Failed:
+    """The scenes that ran too long, and those that ran when a process died."""
+
+    long: Sequence[str] = ()
+    suspects: Sequence[str] = ()
+
+
+def _until_one_fails(
+    run_one: Callable[[str], Ended], queue: deque[str], jobs: int, limit: float
+) -> Generator[Ended, None, _Failed]:
+    """Run from the queue until it is empty, or a scene must be ended together with the pool."""
     from joblib.externals.loky import ProcessPoolExecutor
 
     pool = ProcessPoolExecutor(jobs, initializer=_belong_to_the_run, env=ONE_THREAD)
-    running: list[str] = []
-    futures: set[Any] = set()
+    running: dict[Any, tuple[str, float]] = {}  # a future: its scene, and when it must have ended
     try:
-        while queue or futures:
-            while queue and len(futures) < jobs:
-                running.append(queue.popleft())
-                futures.add(pool.submit(one, scene, running[-1]))
-            done, futures = wait(futures, return_when=FIRST_COMPLETED)
+        while queue or running:
+            while queue and len(running) < jobs:
+                name = queue.popleft()
+                running[pool.submit(run_one, name)] = (name, time.monotonic() + limit)
+            first = min(end for _, end in running.values()) - time.monotonic()
+            done, _ = wait(running, None if math.isinf(limit) else first, FIRST_COMPLETED)
+            if not done:
+                now = time.monotonic()
+                queue.extendleft(name for name, end in running.values() if end > now)
+                return _Failed(long=[name for name, end in running.values() if end <= now])
             for future in done:
                 ended = future.result()
-                running.remove(ended.name)
+                del running[future]
                 yield ended
     except BrokenExecutor:
-        return running
+        return _Failed(suspects=[name for name, _ in running.values()])
     finally:
         pool.shutdown(wait=True, kill_workers=True)
-    return []
+    return _Failed()
 
 
 def _belong_to_the_run() -> None:

@@ -56,7 +56,14 @@ def read(out: Path, scene: Scene | None = None) -> dict[str, Ended]:
 
     Lines of other code, and lines that were torn or are no scene, are passed over.
     """
-    return {e.name: e for e in every(out) if e.fingerprint == fingerprint(scene)}
+    own: dict[str, str] = {}
+    found: dict[str, Ended] = {}
+    for ended in every(out):
+        name = ended.name
+        own[name] = own.get(name) or fingerprint(scene, name)
+        if ended.fingerprint == own[name]:
+            found[name] = ended
+    return found
 
 
 def every(out: Path) -> Iterator[Ended]:

@@ -1,16 +1,22 @@
-"""A suite of cases: rendered, localized, judged, each in a process of its own.
+"""A suite of cases: rendered, localized, judged.
 
 For other rooms, in pipeline order:
 
 - `Case`: a row: how a scene is observed, what must come out and how near.
 - `read_suite`: the rows of a TOML file.
-- `run`: runs them.
+- `Cases`: runs them by name.
+- `run_case`: what it is to run one.
+- `run_cases`: runs those that have no result yet.
 """
 
-from validation.suite.cases import Case, read_suite, run
+from validation.suite.case import run_case
+from validation.suite.cases import Case, read_suite
+from validation.suite.run import Cases, run_cases
 
 __all__ = [
     "Case",
     "read_suite",
-    "run",
+    "Cases",
+    "run_case",
+    "run_cases",
 ]

@@ -1,14 +1,12 @@
-"""Run one case: load, observe, localize, judge. The child process of a suite.
+"""Run one case: load, observe, localize, judge.
 
-``python -m validation.suite.case FOLDER`` reads the row as JSON from standard input and leaves
-result.json, observations.npz, room.npz, fields.npz, view.npz and view.exr in FOLDER.
+It leaves result.json, observations.npz, room.npz, fields.npz, view.npz and view.exr in a folder.
 """
 
 from __future__ import annotations
 
-import json
+import contextlib
 import resource
-import sys
 import time
 from dataclasses import asdict
 from pathlib import Path
@@ -21,7 +19,7 @@ from lightloc import Localization, Observations, PointLights, Reason, localize
 from render import Room
 from validation.jobs import made, write_json
 from validation.judge import RADIUS, Comparison, compare, judge_sphere
-from validation.suite.cases import SCHEMA, Case, fingerprint
+from validation.suite.cases import SCHEMA, Case
 from validation.suite.pictures import save_fields, save_room, save_view
 
 RERENDER_SPP = 256  # its noise is known and counted
@@ -31,6 +29,7 @@ ROUNDING = 1e-5  # of the mean radiance: the error of an exact B, for z-scores o
 
 def run_case(case: Case, folder: Path, command: str) -> dict[str, Any]:
     """Run one case and leave its files in ``folder``; returns the content of result.json."""
+    forget_peak()
     clock = _Clock()
     room = render.load(case.scene, **case.parameters)
     if case.lights:
@@ -81,9 +80,8 @@ def run_case(case: Case, folder: Path, command: str) -> dict[str, Any]:
         "closed_form": sphere,
         "search": _search(found),
         "seconds": clock.laps(),
-        "peak_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024,
+        "peak_mb": peak_mb(),
         "command": command,
-        "fingerprint": fingerprint(case),
         "made": made(),
     }
     write_json(folder / "result.json", result)
@@ -149,6 +147,20 @@ def rerender(
         "z_std": float(z.std()),
         "relative_rms": float(np.sqrt(np.square(difference).mean()) / mean),
     }
+
+
+def forget_peak() -> None:
+    """Let the peak of this process's memory begin anew, where Linux can do that."""
+    with contextlib.suppress(OSError):
+        Path("/proc/self/clear_refs").write_text("5")
+
+
+def peak_mb() -> int:
+    """The peak since then; of the process's whole life elsewhere."""
+    with contextlib.suppress(OSError, StopIteration):
+        lines = Path("/proc/self/status").read_text().splitlines()
+        return int(next(line for line in lines if line.startswith("VmHWM")).split()[1]) // 1024
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
 
 
 class _Clock:
@@ -219,8 +231,3 @@ def _search(found: Localization) -> dict[str, Any]:
             for step in found.history
         ],
     }
-
-
-if __name__ == "__main__":
-    order = json.loads(sys.stdin.read())
-    run_case(Case(**order["case"]), Path(sys.argv[1]), order["command"])

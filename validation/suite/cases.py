@@ -1,30 +1,15 @@
-"""A suite is a TOML file with a row a case; each case runs in a child process of its own."""
+"""A suite is a TOML file with a row a case."""
 
 from __future__ import annotations
 
-import hashlib
 import importlib.resources
-import json
-import os
-import subprocess
-import sys
-import threading
-import time
 import tomllib
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from validation.jobs import write_json
-
-SCHEMA = 1
-OUTCOMES = ("passed", "failed", "shown", "crashed")
-TIMEOUT = 300.0  # seconds after which a case counts as crashed
-THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+SCHEMA = 1  # of result.json and suite.json
 
 
 class Case(BaseModel):
@@ -94,124 +79,3 @@ def read_suite(path: str | Path) -> tuple[str, list[Case]]:
         if names.count(name) > 1:
             raise ValueError(f"{file}: two cases are called '{name}'")
     return str(content.get("name", file.stem)), cases
-
-
-def run(
-    name: str,
-    cases: Sequence[Case],
-    out: Path,
-    jobs: int,
-    command: Callable[[Case], str],
-    done: Callable[[dict[str, Any]], None] = lambda result: None,
-    again: bool = False,
-) -> dict[str, Any]:
-    """Run cases in child processes, ``jobs`` at a time, and write OUT/suite.json.
-
-    A case whose result was made by the same code from the same row is not run again (but for
-    ``again``), so a run that was killed goes on where it stopped. A child that dies, or runs
-    longer than `TIMEOUT`, fails its case and no other. With ``again``, the other cases of an
-    earlier run of the suite stay listed in suite.json; what is returned counts this run's alone.
-    """
-    started, clock = datetime.now(UTC), time.perf_counter()
-    lock = threading.Lock()
-
-    def one(case: Case) -> dict[str, Any]:
-        kept = None if again else _kept(case, out)
-        result = kept or _child(case, out, command(case))
-        with lock:
-            done(result)
-        return result
-
-    with ThreadPoolExecutor(max_workers=jobs) as pool:
-        results = list(pool.map(one, cases))
-    outcomes = [result["outcome"] for result in results]
-    summary = {
-        "schema": SCHEMA,
-        "suite": name,
-        "started": started.isoformat(timespec="seconds"),
-        "seconds": round(time.perf_counter() - clock, 1),
-        "peak_mb": max((result.get("peak_mb", 0) for result in results), default=0) * jobs,
-        "cases": [case.name for case in cases],
-        **{kind: outcomes.count(kind) for kind in OUTCOMES},
-    }
-    write_json(out / "suite.json", _merged(summary, out) if again else summary)
-    return summary
-
-
-def _merged(summary: dict[str, Any], out: Path) -> dict[str, Any]:
-    """The summary with the cases of an earlier run of the same suite in OUT, in their order."""
-    try:
-        earlier = json.loads((out / "suite.json").read_text())
-    except (OSError, ValueError):
-        return summary
-    rest = set(earlier.get("cases", [])) - set(summary["cases"])
-    if earlier.get("suite") != summary["suite"] or not rest:
-        return summary
-    names = earlier["cases"] + [n for n in summary["cases"] if n not in earlier["cases"]]
-    names = [n for n in names if (out / "cases" / n / "result.json").is_file()]
-    results = [json.loads((out / "cases" / n / "result.json").read_text()) for n in names]
-    outcomes = [result["outcome"] for result in results]
-    return {
-        **summary,
-        "started": earlier["started"],
-        "seconds": earlier["seconds"],
-        "peak_mb": max(earlier["peak_mb"], summary["peak_mb"]),
-        "cases": names,
-        **{kind: outcomes.count(kind) for kind in OUTCOMES},
-    }
-
-
-def fingerprint(case: Case) -> str:
-    """SHA-256 of the row and of all the code and scenes that make its result."""
-    digest = hashlib.sha256(case.model_dump_json().encode())
-    for package in ("lightloc", "render", "validation", "scenes"):
-        root = Path(str(importlib.resources.files(package)))
-        for file in sorted(root.rglob("*")):
-            inside = file.relative_to(root)
-            if file.suffix in (".py", ".xml", ".ply") and inside.parts[0] != "report":
-                digest.update(str(inside).encode() + file.read_bytes())
-    return digest.hexdigest()
-
-
-def _kept(case: Case, out: Path) -> dict[str, Any] | None:
-    try:
-        result = json.loads((out / "cases" / case.name / "result.json").read_text())
-    except (OSError, ValueError):
-        return None
-    return result if result.get("fingerprint") == fingerprint(case) else None
-
-
-def _child(case: Case, out: Path, command: str) -> dict[str, Any]:
-    folder = out / "cases" / case.name
-    folder.mkdir(parents=True, exist_ok=True)
-    environment = os.environ | dict.fromkeys(THREADS, "1")
-    order = json.dumps({"case": case.model_dump(), "command": command})
-    try:
-        child = subprocess.run(
-            [sys.executable, "-m", "validation.suite.case", str(folder)],
-            input=order,
-            capture_output=True,
-            text=True,
-            env=environment,
-            timeout=TIMEOUT,
-            check=False,
-        )
-        ended = f"the case's process ended with {child.returncode}"
-        failed, errors = child.returncode != 0, child.stderr
-    except subprocess.TimeoutExpired:
-        ended, failed, errors = f"the case ran longer than {TIMEOUT:g} s", True, ""
-    if not failed:
-        return json.loads((folder / "result.json").read_text())
-    crashed = {
-        "schema": SCHEMA,
-        **case.model_dump(
-            include={"name", "scene", "claim", "brdf", "transport", "noise", "gated"}
-        ),
-        "alpha": case.alpha,
-        "outcome": "crashed",
-        "why": [ended, *errors.strip().splitlines()[-3:]],
-        "command": command,
-        "made": {"date": datetime.now(UTC).isoformat(timespec="seconds")},
-    }
-    write_json(folder / "result.json", crashed)
-    return crashed
