@@ -19,7 +19,7 @@ report: setup  ## render the standard suite, find the lights, write report/index
 	$(BIN)/lightloc report report
 
 table1: setup  ## the paper's Table 1 over all 800 scenes, beside the paper's figures; resumes
-	$(BIN)/lightloc table1 --out report/table1
+	$(BIN)/lightloc study table1 --out report/studies
 
 studies: setup  ## many lights, occluders, coverage, noise, wrong models, rivals; hours; resumes
 	$(BIN)/lightloc study many occluders coverage noise points wrong rooms3d rivals --out report/studies

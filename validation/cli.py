@@ -16,7 +16,6 @@ from validation.commands.localize import localize_command
 from validation.commands.outputs import SEED, SET, parameters, sentence, writable
 from validation.commands.paired import paired_command
 from validation.commands.study import study_command
-from validation.commands.table1 import table1_command
 from validation.jobs import ready
 
 PASSED, FAILED, BAD_INPUT = 0, 1, 2
@@ -186,7 +185,6 @@ def validate_command(
     raise typer.Exit(FAILED if summary["failed"] or summary["crashed"] else PASSED)
 
 
-app.command("table1")(table1_command)
 app.command("study")(study_command)
 app.command("paired")(paired_command)
 app.command("figures")(figures_command)
@@ -195,7 +193,7 @@ app.command("figures")(figures_command)
 @app.command("report")
 def report_command(
     out: Annotated[
-        Path, typer.Argument(help="A folder that `lightloc validate` or `lightloc table1` filled.")
+        Path, typer.Argument(help="A folder that `lightloc validate` or `lightloc study` filled.")
     ] = Path("report"),
 ) -> None:
     """Draw OUT/index.html from results; renders nothing."""

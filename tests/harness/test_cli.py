@@ -357,7 +357,7 @@ def test_help_loads_nothing_heavy(tmp_path):
         "OpenImageIO",
     }
     assert not loaded & heavy
-    for command in (*("render", "localize", "compare", "validate", "report", "table1", "doctor"),):
+    for command in (*("render", "localize", "compare", "validate", "report", "study", "doctor"),):
         assert command in done.stdout
     assert lightloc_command(cwd=tmp_path).stdout == done.stdout
 

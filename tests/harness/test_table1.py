@@ -9,7 +9,7 @@ import signal
 import subprocess
 import sys
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ import pytest
 from typer.testing import CliRunner
 
 from validation.cli import app
+from validation.commands.study import find
 from validation.jobs.code import fingerprint, needed
 from validation.jobs.pool import DIED, ONE_THREAD, one, run
 from validation.jobs.store import FILE, Ended, read, waiting
@@ -32,9 +33,14 @@ class Record:
     name: str
     lights: int
     random: float
+    votes: bool
     full: bool
     solved: bool
+    oracle: bool
     seconds: float
+    ours_full: bool
+    ours_solved: bool
+    ours_seconds: float
     count_found: int
     mse: float
     mse_truth: float
@@ -45,7 +51,9 @@ def record(name: str, solved: bool = True, **changes: Any) -> Record:
     lights = int(name.split("-")[1])
     values = {
         **{"name": name, "lights": lights, "random": 0.5, "full": True, "solved": solved},
-        **{"seconds": 0.5, "count_found": lights, "mse": 1e-3, "mse_truth": 2e-3},
+        **{"votes": False, "oracle": True, "ours_full": True, "ours_solved": True},
+        **{"seconds": 0.5, "ours_seconds": 0.25, "count_found": lights},
+        **{"mse": 1e-3, "mse_truth": 2e-3},
         "reason": "converged",
     }
     return Record(**{**values, **changes})
@@ -193,7 +201,7 @@ def test_two_runs_in_one_folder_are_refused(tmp_path, refuses):
 
 def test_code_that_changes_under_a_run_ends_it(tmp_path, monkeypatch):
     """A worker that started after an edit has other code: its scene is not kept as this run's."""
-    monkeypatch.setattr("validation.jobs.pool.fingerprint", lambda scene: "of before the edit")
+    monkeypatch.setattr("validation.jobs.pool.fingerprint", lambda *of: "of before the edit")
     with pytest.raises(ValueError, match="other code"):
         run(fine, names(2), tmp_path, jobs=1)
     assert not kept(tmp_path)
@@ -215,23 +223,25 @@ def test_fingerprint_is_of_what_makes_a_record():
     from validation.studies import columns
 
     assert {"validation.judge.match", "validation.rooms.plane"} < set(needed(columns.__name__))
-    shown = ("cli", "suite.cases", "jobs.pool", "studies.table1", "report.table1")
+    shown = ("cli", "suite.cases", "jobs.pool", "studies.table1", "report.studies")
     assert not {f"validation.{name}" for name in shown} & set(needed(columns.__name__))
     assert len({fingerprint(), fingerprint(fine), fingerprint(columns.scene)}) == 2
 
 
 def test_a_crashed_scene_makes_exit_code_1(tmp_path, monkeypatch):
     """The command says which, goes on, writes everything; and 0 once the scene has come through."""
-    monkeypatch.setattr("validation.studies.columns.scene", forgetful)
+    forgets = replace(find("table1"), one=forgetful)
+    monkeypatch.setattr("validation.commands.study.find", lambda name: forgets)
     monkeypatch.setenv("MENDED", str(tmp_path / "mended"))
     out = tmp_path / "run"
-    command = ["table1", "--scenes", "3", "--row", "noisy-2", "--jobs", "1", "-o", str(out)]
+    own = ("--row", "noisy-2", "--jobs", "1", "-o", str(out))
+    command = ["study", "table1", "--scenes", "3", *own]
     done = CliRunner().invoke(app, command)
     assert done.exit_code == 1, done.output
     assert "crashed noisy-2-001: ValueError: not yet" in done.stderr
     assert "1 of 3 scenes crashed. 3 of 24 scenes have been run." in done.stdout
-    assert sorted(path.name for path in out.iterdir()) == [
-        *("assets", "index.html", "scenes.jsonl", "table1.json", "table1.md")
+    assert sorted(path.name for path in (out / "table1").iterdir()) == [
+        *("index.html", "scenes.jsonl", "study.json", "study.md")
     ]
     (tmp_path / "mended").touch()
     done = CliRunner().invoke(app, command)
@@ -242,14 +252,14 @@ def test_a_crashed_scene_makes_exit_code_1(tmp_path, monkeypatch):
 def test_ctrl_c_says_how_to_go_on(tmp_path):
     """At a terminal Ctrl-C reaches the workers too: one sentence and the shell's code for it."""
     with subprocess.Popen(
-        [LIGHTLOC, "table1", "--row", "noiseless-2", "-o", "run", "--jobs", "2"],
+        [LIGHTLOC, "study", "table1", "--row", "noiseless-2", "-o", "run", "--jobs", "2"],
         cwd=tmp_path,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
     ) as process:
-        while not kept(tmp_path / "run") and process.poll() is None:
+        while not kept(tmp_path / "run" / "table1") and process.poll() is None:
             time.sleep(0.05)
         os.killpg(process.pid, signal.SIGINT)
         out, err = process.communicate(timeout=30)
@@ -275,7 +285,11 @@ def test_bad_input_is_refused_before_any_work(case, tmp_path):
     arguments, *said = BAD[case]
     (tmp_path / "file").write_text("a file")
     done = subprocess.run(
-        [LIGHTLOC, "table1", *arguments], cwd=tmp_path, capture_output=True, text=True, timeout=60
+        [LIGHTLOC, "study", "table1", *arguments],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=60,
     )
     assert done.returncode == 2, done.stderr
     (line,) = done.stderr.splitlines()

@@ -2,7 +2,7 @@
 
 On a page (the README, CONTRIBUTING.md and the book's chapters) fenced ``python`` blocks run one
 after another, as one reader would type them; in ``console`` blocks the lines that begin with
-``$ lightloc`` run, in a folder of their own. What begins otherwise is left to the reader. The symbol
+``$ lightloc`` run, in a folder of their own. What begins otherwise is left to readers. The symbol
 table is the Markdown table that begins ``| letter | name | file |``.
 """
 

@@ -16,7 +16,7 @@ def paired_command(
     old: Annotated[Path, typer.Argument(help="Folder of the run to compare with.")],
     new: Annotated[Path, typer.Argument(help="Folder of the run that must lose nothing.")],
 ) -> None:
-    """Compare two runs of the same scenes, room by room: what `study` or `table1` wrote.
+    """Compare two runs of the same scenes, room by room: what `lightloc study` wrote.
 
     Exits with 1 where significantly many rooms are lost, all rows together.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,6 +11,7 @@ import typer
 
 from validation.commands.outputs import writable
 from validation.commands.running import CRASHED, PASSED, carry_out, console
+from validation.jobs import row_of
 from validation.studies import NAMES
 
 if TYPE_CHECKING:
@@ -26,7 +28,11 @@ def study_command(
     scenes: Annotated[
         int | None, typer.Option(min=1, max=100, help="Scenes a row; the study's own without it.")
     ] = None,
+    row: Annotated[list[str], typer.Option(help="Run this row only, as noisy-5.")] = [],  # noqa: B006
     jobs: Annotated[int, typer.Option(min=0, help="Scenes at a time; 0: one a core.")] = 0,
+    dask: Annotated[
+        str | None, typer.Option(help="A Dask scheduler to run on, as tcp://10.0.0.1:8786.")
+    ] = None,
 ) -> None:
     """Run studies and draw them. Exits with 1 where a scene crashed; a missed goal is told.
 
@@ -37,8 +43,22 @@ def study_command(
     for one in name:
         if one not in NAMES:
             raise ValueError(f"{one}: no such study; expected one of {', '.join(NAMES)}")
+    if dask is not None and jobs:
+        raise ValueError(f"--jobs {jobs}: the cluster at --dask {dask} has its own workers")
     writable(*(out / one / file for one in name for file in FILES))
-    crashed = sum(_study(find(one), out / one, scenes, jobs) for one in name)
+    studies = [find(one) for one in name]
+    for asked in row:
+        known = {row_of(scene) for study in studies for scene in study.names(1)}
+        if asked not in known:
+            raise ValueError(
+                f"--row {asked}: no such row; expected one of {', '.join(sorted(known))}"
+            )
+
+    def run(study: Study, names: Sequence[str]) -> None:
+        chosen = [scene for scene in names if not row or row_of(scene) in row]
+        carry_out(study.one, chosen, out / study.name, jobs=jobs, dask=dask)
+
+    crashed = sum(_study(study, out / study.name, scenes, run) for study in studies)
     raise typer.Exit(CRASHED if crashed else PASSED)
 
 
@@ -47,7 +67,9 @@ def find(name: str) -> Study:
     return importlib.import_module(f"validation.studies.{name}").STUDY
 
 
-def _study(study: Study, out: Path, scenes: int | None, jobs: int) -> int:
+def _study(
+    study: Study, out: Path, scenes: int | None, run: Callable[[Study, Sequence[str]], None]
+) -> int:
     """Run one study, print its table and write it; the number of scenes that crashed."""
     from validation.jobs import made, read, write_text
     from validation.report import write_study
@@ -56,7 +78,7 @@ def _study(study: Study, out: Path, scenes: int | None, jobs: int) -> int:
 
     per_row = scenes or study.per_row
     names = study.names(per_row)
-    carry_out(study.one, names, out, jobs=jobs)
+    run(study, names)
     found = read(out, study.one)
     ended = [found[name] for name in names if name in found]
     rows, how = rows_of.tabulate(study, names, found), made()

@@ -9,24 +9,20 @@ from validation.jobs import write_text
 from validation.report.pages import TEMPLATES, environment, write_case, write_index
 from validation.report.read import read_result, read_suite
 from validation.report.studies import find_all, write_study_page
-from validation.report.table1 import FILE as TABLE1
-from validation.report.table1 import find, write_page
 from validation.report.tables import write_csv, write_json, write_junit
 
-__all__ = ["write", "write_table1", "write_study"]
+__all__ = ["write", "write_study"]
 
 ASSETS = ("style.css", "report.js", "room.js")
 STUDY_ASSETS = ("study.js",)
-TABLE1_PAGE = "table1.html"
 
 
 def write(out: Path) -> Path:
     """Draw the report of the run in OUT and return the path of its first page, OUT/index.html.
 
     Reads OUT/suite.json and OUT/cases/NAME/{result.json, room.npz, fields.npz, view.npz}; a
-    case without its arrays gets a page that says so. A table1.json in OUT or in OUT/table1 gets
-    a page that the first one links to; in a folder without a suite it is the first page itself.
-    So does each OUT/studies/NAME/study.json.
+    case without its arrays gets a page that says so. Each OUT/studies/NAME/study.json gets a page
+    that the first one links to.
     Writes index.html, assets/ and the cases' pages and pictures, and the merged results as
     report.json, report.csv and junit.xml. Every file is replaced whole, so a report can be
     redrawn while it is being read.
@@ -35,9 +31,6 @@ def write(out: Path) -> Path:
         ValueError: suite.json, or the result.json of a case that it names, is missing or broken.
     """
     out = Path(out)
-    table = find(out)
-    if table == out / TABLE1 and not (out / "suite.json").exists():
-        return write_table1(out)
     suite, suite_content = read_suite(out)
     read = [read_result(out / "cases" / name) for name in suite.cases]
     results = [result for result, _ in read]
@@ -49,26 +42,13 @@ def write(out: Path) -> Path:
     write_json(out, suite_content, [content for _, content in read])
     write_csv(out, results)
     write_junit(out, suite, results)
-    if table:
-        write_page(table, out / TABLE1_PAGE, pages, back=suite.suite)
     studies = [
         write_study_page(source, out / f"study-{source.parent.name}.html", pages, suite.suite)
         for source in find_all(out)
     ]
     if studies:
         _write_assets(out, STUDY_ASSETS)
-    return write_index(out, suite, results, pages, TABLE1_PAGE if table else None, studies)
-
-
-def write_table1(out: Path) -> Path:
-    """Draw OUT/table1.json as OUT/index.html, with its assets beside it.
-
-    Raises:
-        ValueError: the file is missing or broken.
-    """
-    page = write_page(out / TABLE1, out / "index.html", environment())
-    _write_assets(out, ("style.css", "report.js"))
-    return page
+    return write_index(out, suite, results, pages, studies)
 
 
 def write_study(out: Path) -> Path:

@@ -76,16 +76,14 @@ def write_index(
     suite: Suite,
     results: Sequence[Result],
     pages: Environment,
-    table1: str | None = None,
     studies: Sequence[StudyPage] = (),
 ) -> Path:
-    """Write OUT/index.html, with links to the pages of Table 1 and of studies that were run."""
+    """Write OUT/index.html, with links to the pages of studies that were run."""
     first = sorted(results, key=lambda result: ORDER.index(result.outcome))
     counts = {outcome: sum(r.outcome == outcome for r in results) for outcome in ORDER}
     text = pages.get_template("index.html.j2").render(
         root="",
         suite=suite,
-        table1=table1,
         studies=studies,
         results=first,
         matrix=matrix(results),

@@ -22,6 +22,7 @@ RANDOM_STARTS = 100  # "with random initialization 100 times on each of the scen
 FAINTEST, BRIGHTEST = 1.0, 5.0  # of the random starts, as of the lights themselves
 STEPS = 100  # of Levenberg-Marquardt, everywhere
 COUNTS = (2, 3, 4, 5)
+PER_ROW = 100  # scenes (section 6.1)
 
 
 @dataclass(frozen=True)
@@ -73,7 +74,7 @@ class Record:
     ours_certificate: float
 
 
-def names(per_row: int = 100) -> list[str]:
+def names(per_row: int = PER_ROW) -> list[str]:
     """All scenes, row by row.
 
     >>> names(1)[:2], len(names())

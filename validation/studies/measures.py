@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from validation.jobs import Ended
-from validation.studies.table1 import NOTHING, seconds
 
+NOTHING = "–"
 Fields = dict[str, Any]  # of a trial, None where a number was not finite
 Keep = Callable[[Fields], bool]
 
@@ -29,14 +29,22 @@ class Figure:
 
 @dataclass(frozen=True)
 class Goal:
-    """What a figure must keep to, and how a reader is told."""
+    """What a figure must keep to, and how a reader is told.
+
+    Without ``met`` it is only what stands beside the figure.
+    """
 
     text: str
-    met: Callable[[float], bool]
+    met: Callable[[float], bool] | None = None
 
 
 def at_least(limit: float) -> Goal:
     return Goal(f"≥ {limit:g}".replace("-", "−"), lambda value: value >= limit)
+
+
+def reaches(published: float, digits: int = 2) -> Goal:
+    """At least a figure that was published with so many digits behind the point."""
+    return Goal(f"{published:.{digits}f}", lambda value: round(value, digits) >= published)
 
 
 def below(limit: float) -> Goal:
@@ -90,6 +98,18 @@ def share(of: Keep, among: Keep = lambda record: True) -> Measured:
     return measure
 
 
+def mean(field: str) -> Measured:
+    """The mean of a field over the scenes; of a crashed one it is 0."""
+
+    def measure(scenes: Sequence[Ended]) -> Figure:
+        if not scenes:
+            return NO_FIGURE
+        value = sum(record[field] for record in records(scenes)) / len(scenes)
+        return Figure(value, f"{value:.2f}")
+
+    return measure
+
+
 def total(field: str) -> Measured:
     """The sum of a field over the scenes."""
 
@@ -115,14 +135,27 @@ def typical(
     return measure
 
 
-def duration(figure: Callable[[Sequence[float]], float] = statistics.median) -> Measured:
-    """Seconds of the search."""
+def duration(
+    figure: Callable[[Sequence[float]], float] = statistics.median, field: str = "seconds"
+) -> Measured:
+    """Seconds of a search."""
 
     def measure(scenes: Sequence[Ended]) -> Figure:
-        known = [record["seconds"] for record in records(scenes)]
+        known = [record[field] for record in records(scenes)]
         return Figure(figure(known), seconds(figure(known))) if known else NO_FIGURE
 
     return measure
+
+
+def seconds(value: float) -> str:
+    """Seconds for a narrow cell.
+
+    >>> [seconds(value) for value in (0.0214, 0.318, 2.5, 83.4, 442.0)]
+    ['0.021', '0.32', '2.5', '83', '442']
+    """
+    if value < 1:
+        return f"{value:.2g}"
+    return f"{value:.1f}" if value < 10 else f"{value:.0f}"
 
 
 def tally(field: str) -> Measured:

@@ -10,9 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from validation.jobs import FILE, Ended, every, row_of
-from validation.studies.measures import Fields
+from validation.studies.measures import NOTHING, Fields
 from validation.studies.study import EVERY
-from validation.studies.table1 import NOTHING
 
 if TYPE_CHECKING:
     from rich.table import Table

@@ -140,7 +140,9 @@ def _row(study: Study, name: str, planned: Sequence[str], ended: Mapping[str, En
 
 
 def _cell(title: str, figure: Figure, goal: Goal | None) -> Cell:
-    met = None if goal is None or figure.value is None else goal.met(figure.value)
+    met = None
+    if goal is not None and goal.met is not None and figure.value is not None:
+        met = goal.met(figure.value)
     return Cell(title, figure.text, figure.value, figure.error, goal.text if goal else None, met)
 
 

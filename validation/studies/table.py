@@ -86,8 +86,13 @@ def markdown(study: Study, per_row: int, rows: Sequence[Row], made: Mapping[str,
     )
 
 
+def beside(cell: Cell) -> str:
+    """The figure with its goal in brackets."""
+    return cell.text if cell.goal is None else f"{cell.text} ({cell.goal})"
+
+
 def _mark(cell: Cell) -> str:
-    text = cell.text if cell.goal is None else f"{cell.text} ({cell.goal})"
+    text = beside(cell)
     return f"**{text}**" if cell.met is False else text
 
 
@@ -105,6 +110,6 @@ def terminal(study: Study, rows: Sequence[Row]) -> Table:
         drawn.add_column(measure.title, justify="right")
     colour = {True: "green", False: "red", None: ""}
     for row in rows:
-        cells = [Text(cell.text, colour[cell.met]) for cell in compress(row.cells, figures)]
+        cells = [Text(beside(cell), colour[cell.met]) for cell in compress(row.cells, figures)]
         drawn.add_row(row.label, *cells)
     return drawn
