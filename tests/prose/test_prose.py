@@ -2,8 +2,8 @@
 
 In the README, fenced ``python`` blocks run one after another, as one reader would type them; in
 ``console`` blocks the lines that begin with ``$ lightloc`` run, in a folder of their own. What
-begins otherwise is left to the reader, ``$ make`` too. The symbol table is the Markdown table
-that begins ``| letter | name | file |``.
+begins otherwise is left to the reader, ``$ make`` too. The symbol tables, its own and that of
+docs/method.md, are the Markdown tables that begin ``| letter | name | file |``.
 """
 
 from __future__ import annotations
@@ -146,10 +146,12 @@ def test_shell_lines_are_found():
     ]
 
 
-def test_symbol_table():
-    """Every letter of the paper has its name in the file that the README says."""
-    assert symbols(README)
-    assert not missing_symbols(symbols(README))
+@pytest.mark.parametrize("page", ["README.md", "docs/method.md"])
+def test_symbol_table(page):
+    """Every letter of the paper has its name in the file that the page says."""
+    rows = symbols((ROOT / page).read_text())
+    assert rows
+    assert not missing_symbols(rows)
 
 
 def test_a_wrong_symbol_is_seen():
