@@ -3,7 +3,7 @@
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parent))  # formulas and names
+sys.path.insert(0, str(Path(__file__).parent))  # formulas, names and rooms
 
 import lightloc
 
@@ -19,6 +19,7 @@ extensions = [
     "sphinx.ext.viewcode",
     "formulas",
     "names",
+    "rooms",
 ]
 exclude_patterns = ["_build"]
 default_role = "py:obj"  # a name in single backticks links, or is code where it is not public
