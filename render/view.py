@@ -20,7 +20,9 @@ UNIT = 1.001  # the most that a unit vector's component may be
 class View:
     """Layers of (height, width) pixels; each but ``film`` is for the ray through its centre.
 
-    Args (all by keyword; kept as read-only float32 arrays, but for shape and pure):
+    All by keyword; kept as read-only float32 arrays, but for ``shape`` and ``pure``.
+
+    Keyword Args:
         radiance: (h, w, 3) B towards the camera, W sr^-1 m^-2, linear RGB; below 0 only
             where ``variance`` is above, as a denoiser's may be.
         variance: (h, w, 3) of the mean ``radiance``, its unit squared; 0 where that is exact.

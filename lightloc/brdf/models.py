@@ -88,7 +88,7 @@ class Lambert(Parameters):
         )
 
     def bind_slope(self, n: int) -> Slope:
-        """S = albedo / pi (n . v)_+ / |v|^3, and its gradient in v: one per channel."""
+        """``S = albedo / pi (n . v)_+ / |v|^3``, and its gradient in v: one per channel."""
         self.check_length(n)
         albedo = bind_parameter(self.albedo)
 

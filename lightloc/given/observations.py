@@ -22,7 +22,7 @@ FORMAT = "lightloc-observations-1"
 class Observations:
     """The set Q of the paper's section 3.1 with its measured radiance B(q).
 
-    Args (all by keyword):
+    Keyword Args:
         positions: (n, 3) points x on surfaces, metres.
         normals: (n, 3) shading normals on the side that is seen; normalized on entry.
         directions: (n, 3) from the surface to the viewer (the paper's omega).

@@ -162,7 +162,7 @@ def check_gradient(
 ) -> float:
     """The worst disagreement of `shading_gradient` with central differences at one position.
 
-    Returns max |AD - FD| / max |FD| over the observations that are visible at all six shifted
+    Returns ``max |AD - FD| / max |FD|`` over the observations that are visible at all six shifted
     positions. The differences are of float32 values: with ``step`` in metres, expect
     about 1e-7 / step + step^2.
     """
