@@ -22,7 +22,8 @@ import pytest
 import render
 from validation.jobs import every, write_json
 from validation.jobs.code import needed
-from validation.suite import Case, Cases, read_suite, run_case, run_cases
+from validation.suite import Cases, read_suite, run_case, run_cases
+from validation.suite.cases import Case
 
 LIGHTLOC = Path(sys.executable).with_name("lightloc")
 TRUE = {"position", "intensity"}

@@ -2,7 +2,6 @@
 
 For other rooms, in pipeline order:
 
-- `Case`: a row: how a scene is observed, what must come out and how near.
 - `read_suite`: the rows of a TOML file.
 - `Cases`: runs them by name.
 - `run_case`: what it is to run one.
@@ -10,11 +9,10 @@ For other rooms, in pipeline order:
 """
 
 from validation.suite.case import run_case
-from validation.suite.cases import Case, read_suite
+from validation.suite.cases import read_suite
 from validation.suite.run import Cases, run_cases
 
 __all__ = [
-    "Case",
     "read_suite",
     "Cases",
     "run_case",
