@@ -47,7 +47,7 @@ def photograph(
         width, height: pixels; the sensor's own where None. Pixels stay as wide as they are
             high: one of the two keeps the picture's proportions, and both keep its horizontal
             field of view.
-        spp: path samples a pixel for the indirect part (``transport="full"``).
+        spp: path samples per pixel for the indirect part (``transport="full"``).
         seed: of everything random here; same seed, same bytes, for any number of threads.
         transport: "direct" is exact, light by light; "full" adds all interreflection.
 

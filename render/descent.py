@@ -87,7 +87,7 @@ class Lamps:
         return Lamps(lit, mi.traverse(lit.scene), count)
 
     def put(self, positions: list[Any], intensities: list[Any]) -> None:
-        """Write k Point3f and k Color3f, each one value or one a lane, into the emitters."""
+        """Write k Point3f and k Color3f, each one value or one per lane, into the emitters."""
         for i, (p, I) in enumerate(zip(positions, intensities, strict=True), start=1):
             self.parameters[f"light_{i}.position"] = p
             self.parameters[f"light_{i}.intensity.value"] = I

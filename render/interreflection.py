@@ -29,7 +29,7 @@ def interreflected(
     Args:
         room: its own lights are not used.
         q: where to look at it from, and at what.
-        spp: path samples a point and a light.
+        spp: path samples per point and light.
         seed: of the paths. Each light has the same ones in every call, wherever it is, so that
             the result moves with the light and not with chance.
 

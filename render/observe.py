@@ -43,7 +43,7 @@ def observe(
 
     Args:
         points: how many observations.
-        spp: path samples a point for the indirect part (``transport="full"``).
+        spp: path samples per point for the indirect part (``transport="full"``).
         seed: of everything random here; same seed, same bytes, for any number of threads.
         transport: "direct" is exact, light by light; "full" adds all interreflection.
         noise: k of section 6.1: Gaussian noise of k sqrt(B mean(B)) on top (with mean(B) the

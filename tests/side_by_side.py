@@ -71,7 +71,7 @@ def room(
 ) -> Found:
     """A scene of ours, observed by Mitsuba.
 
-    With ``wrong``, gloss is taken for Lambert's law; ``rendered`` samples a light render the
+    With ``wrong``, gloss is taken for Lambert's law; ``rendered`` samples per light render the
     indirect light of what is found.
     """
 

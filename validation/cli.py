@@ -63,7 +63,7 @@ def render_command(
         "observations.npz"
     ),
     points: Annotated[int, typer.Option(help="How many surface points are observed.")] = 4096,
-    spp: Annotated[int, typer.Option(help="Path samples a point (full transport).")] = 256,
+    spp: Annotated[int, typer.Option(help="Path samples per point (full transport).")] = 256,
     seed: SEED = 0,
     transport: Transport = Transport.full,
     noise: Annotated[float, typer.Option(help="k of the shot noise, as 0.01.")] = 0.0,
@@ -151,7 +151,7 @@ def validate_command(
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder of the results.")] = Path(
         "report"
     ),
-    jobs: Annotated[int, typer.Option(min=0, help="Cases at a time; 0: one a core.")] = 0,
+    jobs: Annotated[int, typer.Option(min=0, help="Cases at a time; 0: one per core.")] = 0,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="List the cases and stop.")] = False,
 ) -> None:
     """Run a suite, several cases at a time. Exits with 1 where a case failed.

@@ -60,7 +60,7 @@ class Localization:
             not asked.
         ambient: (c,) radiance of the constant ambient term, 0 where none was fitted.
         verdicts: what the data can't decide.
-        chi2: robust chi-square a residual over all observations; about 1 where the model is right.
+        chi2: robust chi-square per residual, over all; about 1 where the model is right.
         outliers: how many residuals lie beyond the robust loss's scale.
         reason: why the search stopped.
         history: the steps of the search.

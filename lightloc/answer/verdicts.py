@@ -69,7 +69,7 @@ def too_few(problem: Problem, lights: PointLights) -> list[Verdict]:
 def unexplained(fit: Fit, problem: Problem) -> Verdict:
     """The residual test: what is left is more than noise."""
     said = (
-        f"The model does not explain the data: chi-square is {fit.cost / problem.rows:.3g} a "
+        f"The model does not explain the data: chi-square is {fit.cost / problem.rows:.3g} per "
         f"residual, where noise alone leaves 1."
     )
     return Verdict(Kind.UNEXPLAINED, (), said)

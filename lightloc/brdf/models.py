@@ -1,7 +1,7 @@
-"""BRDFs: Lambert, GGX conductor, GGX plastic, and a mixture that picks one a point.
+"""BRDFs: Lambert, GGX conductor, GGX plastic, and a mixture that picks one per point.
 
-Each material is a frozen value whose parameters are a scalar, an RGB triple, one value a point
-(n,), or one value a point and channel (n, c). ``bind(n)`` turns it into a function for Dr.Jit
+Each material is a frozen value whose parameters are a scalar, an RGB triple, one value per point
+(n,), or one value per point and channel (n, c). ``bind(n)`` turns it into a function for Dr.Jit
 kernels, ``scatter(i, normal, l, w) -> f(x_i, l, w) (n . l)_+``, where ``i`` is the index of the
 observation, ``l`` the unit vector to the light and ``w`` the unit vector to the viewer.
 Any other object with ``channels`` and ``bind`` serves as well: `render` hands in Mitsuba's BSDFs
@@ -154,7 +154,7 @@ class Plastic(Parameters):
     """GGX dielectric coat over a diffuse base, as Mitsuba's ``roughplastic``.
 
     Args:
-        alpha: GGX roughness, above 0 (a scalar or one a point).
+        alpha: GGX roughness, above 0 (a scalar or one per point).
         diffuse: albedo of the base.
         ior: relative index of refraction (interior / exterior), above 1.
         specular: factor on the specular reflectance.
@@ -219,7 +219,7 @@ class Plastic(Parameters):
 class Mixed:
     """A different BRDF at each point: point i has ``brdfs[index[i]]``.
 
-    A parameter given one a point counts over all n points of the observations.
+    A parameter given one per point counts over all n points of the observations.
     """
 
     brdfs: tuple[BRDF, ...]

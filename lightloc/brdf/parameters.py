@@ -25,9 +25,9 @@ class Parameters:
         elif value.shape == (3,):
             value = value[None, :]  # one RGB triple
         elif value.ndim == 1:
-            value = value[:, None]  # one a point
+            value = value[:, None]  # one per point
         if value.size == 0:
-            raise ValueError(f"{label} is empty; expected a scalar or one value a point")
+            raise ValueError(f"{label} is empty; expected a scalar or one value per point")
         value = array(label, value, (None, None), least=least, most=most)
         if value.shape[1] not in (1, 3):
             raise ValueError(f"{label} has {value.shape[1]} channels; expected 1 or 3")

@@ -22,7 +22,7 @@ says it is, an observation on its wrong side is off by all of a light: one in tw
 rooms that another renderer made."""
 
 SHARED = 0.08
-"""Least gain in chi-square a residual where errors are shared by neighbours and do not average
+"""Least gain in chi-square per residual where errors are shared by neighbours and do not average
 out: once indirect light was removed, and where the model proves wrong."""
 
 ESTIMATED = 1.3
@@ -40,7 +40,7 @@ class Likelihood:
         scale: standard errors beyond which a residual counts less and less (Cauchy's loss).
         known: sigma is right; else it is right but for a factor.
         few: share of the residuals that may lie anywhere beyond ``scale``.
-        typical: chi-square a residual that noise alone leaves, at most.
+        typical: chi-square per residual that noise alone leaves, at most.
     """
 
     scale: float = 5.0
@@ -72,8 +72,8 @@ class Criterion:
 
     Args:
         likelihood: of the residuals.
-        significant: least gain in chi-square a new parameter, in units of the noise.
-        shared: least gain in chi-square a residual.
+        significant: least gain in chi-square per new parameter, in units of the noise.
+        shared: least gain in chi-square per residual.
         unlikely: standard deviations of chi-square above what noise explains.
     """
 

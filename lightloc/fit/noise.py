@@ -18,7 +18,7 @@ MEDIAN_TO_SIGMA = 1.4826
 """Standard deviation of a Gaussian over the median of its magnitude."""
 
 LAWFUL = 0.02
-"""Sigma is a function of B where it is foretold from other observations to within this."""
+"""Sigma is a function of B where it is predicted from other observations to within this."""
 
 MANY = 0.9
 """Share of the observations for which that must hold."""
@@ -52,7 +52,7 @@ def level_of(z: NDArray[np.float64], parameters: int = 0) -> float:
 
 
 def law_of(radiance: NDArray[np.float64], sigma: NDArray[np.float64]) -> Law | None:
-    """Sigma as a function of B, where it is one: None where neighbours in B do not foretell it.
+    """Sigma as a function of B, where it is one: None where neighbours in B do not predict it.
 
     Residuals weighted by a noisy B are biased: a B that is low by chance counts for more. Where
     sigma follows from B, it is to be taken at the model's B instead.
@@ -68,8 +68,8 @@ def law_of(radiance: NDArray[np.float64], sigma: NDArray[np.float64]) -> Law | N
     for B, e in zip(radiance.T, sigma.T, strict=True):
         order = np.argsort(B, kind="stable")
         x, y = np.log(np.maximum(B[order], np.finfo(float).tiny)), np.log(e[order])
-        foretold = np.interp(x[1::2], x[::2], y[::2])
-        if np.mean(np.abs(foretold - y[1::2]) < LAWFUL) < MANY:
+        predicted = np.interp(x[1::2], x[::2], y[::2])
+        if np.mean(np.abs(predicted - y[1::2]) < LAWFUL) < MANY:
             return None
         curves.append((x, y))
 

@@ -11,7 +11,7 @@ class Options:
     """The search's options. Lengths in parts of the longest side.
 
     Args:
-        most_lights: the search stops at so many.
+        most_lights: maximum number of lights.
         outlier: standard errors beyond which a residual counts less and less (Cauchy's loss);
             infinite for plain least squares. At 5, one part in a hundred of the efficiency is
             lost where the noise is Gaussian.
@@ -21,7 +21,7 @@ class Options:
         sample: observations that the search looks at; the last polish sees all.
         cells, cells_2d: positions that are asked whether a light is missing there.
         relative, absolute: errors of the arithmetic, of B and of the mean radiance.
-        significant: least gain in chi-square a new parameter, in units of the noise.
+        significant: least gain in chi-square per new parameter, in units of the noise.
         unlikely: standard deviations of chi-square above what noise explains.
         sure_position, sure_intensity: what counts as known: 95 % intervals up to this, of the
             longest side and of the intensity (section 6.1).

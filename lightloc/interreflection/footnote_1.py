@@ -21,7 +21,7 @@ from lightloc.backend import types
 from lightloc.given import Geometry, Observations
 from lightloc.optics import Surfels, cosine_direction, pick, surfels
 
-STRATA = 32  # rays a point are STRATA^2, one in each cell of the hemisphere's unit square
+STRATA = 32  # rays per point are STRATA^2, one in each cell of the hemisphere's unit square
 GROUPS = 8  # independent parts of the rays from which the gather's own error is measured
 NEIGHBOURS = 12  # observations that share in the radiance at a hit
 FLATNESS = 0.25  # a neighbour counts less when this share of the reach off the hit's plane

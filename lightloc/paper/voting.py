@@ -13,7 +13,7 @@ from lightloc.paper.surface import Surface
 DISCONTINUITY = 0.05  # T, of the scene's radius (section 4.2)
 MERGE = 0.10  # of the scene's radius: nearer peaks are one (section 4.3)
 LOWERING = 0.9  # H times this while no peak is found (section 4.3 does not say how fast)
-FINE = 64  # directions a cell of the circle's radius, from which its pixels are taken
+FINE = 64  # directions per cell of the circle's radius, from which its pixels are taken
 
 
 @dataclass(frozen=True, eq=False)

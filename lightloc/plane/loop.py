@@ -56,7 +56,7 @@ class Loop:
         if crossings(self.polyline()):
             raise ValueError("Loop crosses itself; expected edges that meet only at vertices")
 
-    # What follows is one row an edge.
+    # What follows is one row per edge.
 
     @cached_property
     def chords(self) -> NDArray[np.float64]:

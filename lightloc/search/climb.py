@@ -63,7 +63,7 @@ def climbed(ladder: Ladder) -> Ladder:
 
 
 def with_one(stage: Stage, one: Descents, found: np.ndarray) -> Descents:
-    """One hypothesis with a light at each of the places, one a row; intensities solved linearly."""
+    """One hypothesis with a light at each of the places, a row each; intensities are linear."""
     positions = np.stack([np.concatenate([one.positions[0], p[None]]) for p in found])
     lit = np.stack([intensities(stage.problem, p) for p in positions])
     return Descents.of(positions, lit)

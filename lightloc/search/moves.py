@@ -14,7 +14,7 @@ TRIED = 2
 """Lights that are dropped, and pairs that are joined, before the best of these is taken."""
 
 HOPELESS = 100.0
-"""Standard errors a residual: what is so far off is no start for a descent to the end. In exact
+"""Standard errors per residual: what is so far off is no start for a descent to the end. In exact
 data that is 1e-4 of B, which is a measured error, or a model's."""
 
 RIDGE = 1e-9

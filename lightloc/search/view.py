@@ -32,7 +32,7 @@ class View:
         dictionary: over ``single``.
         occluded: whether anything comes between some of them and some position.
         criterion: decides what is better and when it is enough.
-        enough: chi-square a residual below which the search ends at once.
+        enough: chi-square per residual below which the search ends at once.
         rough: the answer is only to be searched on from.
         watch: is told each step.
     """

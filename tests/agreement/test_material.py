@@ -29,7 +29,7 @@ def rgb(value) -> dict[str, Any]:
 
 
 def texture(image: np.ndarray) -> dict[str, Any]:
-    """A bitmap made in memory, one value a pixel, no interpolation."""
+    """A bitmap made in memory, one value per pixel, no interpolation."""
     use_mitsuba()
     bitmap = mi.Bitmap(np.ascontiguousarray(image))
     return {"type": "bitmap", "bitmap": bitmap, "raw": True, "filter_type": "nearest"}

@@ -79,7 +79,7 @@ class Passes:
 
 
 def rate(geometry: lightloc.Geometry, q: lightloc.Observations) -> float:
-    """Shadow rays a second, in one kernel of a million."""
+    """Shadow rays per second, in one kernel of a million."""
     s = surfels(q)
     low, high = q.bounds
     places = np.random.default_rng(SEED).uniform(low, high, (max(1, 1_000_000 // s.n), 3))
@@ -103,7 +103,7 @@ def searched(q: lightloc.Observations, geometry: lightloc.Geometry, true: np.nda
         "passes": solver.passes,
         "million pairs": round(solver.pairs / 1e6, 2),
         "million rays": round(counted.rays / 1e6, 2),
-        "million rays a second": round(rays / 1e6, 2),
+        "million rays per second": round(rays / 1e6, 2),
         "floor (s)": round(counted.rays / rays, 2),
         "seconds": round(seconds, 2),
         "right": right,

@@ -220,7 +220,7 @@ def test_localize(noise, load, benchmark):
 
 @pytest.mark.benchmark(group="remove_indirect")
 def test_remove_indirect(load, benchmark):
-    """Footnote 1 with 1 024 rays a point."""
+    """Footnote 1 with 1 024 rays per point."""
     room = load("box_three")
     q = render.observe(room, points=OBSERVATIONS, spp=64, seed=1, transport="full")
     timed(benchmark, OBSERVATIONS, lambda: lightloc.remove_indirect(q, room.geometry))

@@ -88,7 +88,7 @@ def test_nothing_found_or_nothing_true():
 
 
 def test_grey_and_colour_are_compared_channel_by_channel():
-    """A grey light against a coloured one has an error a channel, and the worst counts."""
+    """A grey light against a coloured one has an error per channel, and the worst counts."""
     grey = PointLights([[0, 0, 0]], [2.0])
     colour = PointLights([[0, 0, 0]], [[2.0, 1.0, 4.0]])
     errors = compare(grey, colour, diagonal=1.0).pairs[0].intensity_percent

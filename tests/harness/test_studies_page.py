@@ -64,7 +64,7 @@ def of_fakes(name: str) -> Study:
 
 @pytest.fixture
 def ran(tmp_path, monkeypatch) -> tuple[Path, Any]:
-    """The study of many lights with fakes, two scenes a row, after its first run."""
+    """The study of many lights with fakes, two scenes per row, after its first run."""
     monkeypatch.setattr("validation.commands.study.find", of_fakes)
     monkeypatch.setenv("MENDED", str(tmp_path / "mended"))
     return tmp_path / "out", run(tmp_path / "out")

@@ -323,7 +323,7 @@ def test_limits_of_three_channels(square):
 
 
 def test_limits_refuses(square, refuses):
-    """Radiances below zero, or not one an observation, are refused in a sentence."""
+    """Radiances below zero, or not one per observation, are refused in a sentence."""
     s, points = surfels(square), [[1.0, 1.0, 0.0]]
     with refuses("B"):
         limits(s, -np.ones((len(square), 1)), points)

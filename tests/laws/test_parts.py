@@ -83,7 +83,7 @@ def test_mixture_is_its_parts(facing, rng):
     ],
 )
 def test_parameter_per_point(model, name, low, high, rest, facing, rng):
-    """A parameter given one a point shades each point as that value alone does."""
+    """A parameter given one per point shades each point as that value alone does."""
     q = facing(Lambert(albedo=0.5), LIGHT)
     which = rng.integers(0, 2, len(q))
     per_point = model(**rest, **{name: np.where(which, high, low)})

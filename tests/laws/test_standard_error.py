@@ -6,7 +6,7 @@ import pytest
 import render
 from lightloc import Lambert, Mixed
 
-POINTS, FEW, MANY = 1024, 32, 512  # samples a point: the measurement's, the reference's
+POINTS, FEW, MANY = 1024, 32, 512  # samples per point: the measurement's, the reference's
 LIMIT = 4  # standard errors
 
 

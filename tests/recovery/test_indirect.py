@@ -1,8 +1,8 @@
 """Footnote 1: interreflected light is removed with the observations themselves.
 
 Set-up: the integrating sphere with 1, 2 and 5 lights at 2 048 points. B is measured by path tracing
-with 6 144 to 12 288 samples a point, which leaves 0.8 % of noise (of the mean direct light), below
-the limit of 1 % RMS. That noise is B's own, not the removal's; the removal's part of the error is
+with 6 144 to 12 288 samples per point, which leaves 0.8 % of noise (of the mean direct light). The
+limit is 1 % RMS. That noise is B's own, not the removal's; the removal's part of the error is
 what is left beside it, and its mean, the bias, holds far below the noise of a point.
 """
 

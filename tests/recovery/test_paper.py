@@ -30,7 +30,7 @@ def found_in(room: PlaneRoom, noise: float = 0.0, **options):
 
 @pytest.fixture(scope="module")
 def records() -> dict[str, list[columns.Record]]:
-    """Ten scenes a row, with all columns, on two processes."""
+    """Ten scenes per row, with all columns, on two processes."""
     names = columns.names(SCENES)
     ended = Parallel(n_jobs=2)(delayed(one)(columns.scene, name) for name in names)
     assert not [each.error for each in ended if each.error]

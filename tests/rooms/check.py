@@ -1,4 +1,4 @@
-"""Whether the rooms are what they should be: ``python -m rooms.check [FOLDER]``, one row a room.
+"""Whether the rooms are what they should be: ``python -m rooms.check [FOLDER]``, one row per room.
 
 In a FOLDER, a picture of each room is left: all direct light, and all light.
 """

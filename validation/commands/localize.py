@@ -43,7 +43,7 @@ def localize_command(
         int,
         typer.Option(
             min=0,
-            help="Samples a light, to render the indirect light of what is found (needs --scene); "
+            help="Samples per light, to render indirect light of what is found (needs --scene); "
             "0: remove it with the observations themselves, which asks for a largely diffuse room.",
         ),
     ] = 0,

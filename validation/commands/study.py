@@ -26,10 +26,10 @@ def study_command(
         Path, typer.Option("--out", "-o", help="Folder of the results, one in it a study.")
     ] = Path("studies"),
     scenes: Annotated[
-        int | None, typer.Option(min=1, max=100, help="Scenes a row; the study's own without it.")
+        int | None, typer.Option(min=1, max=100, help="Scenes per row; the study's own without it.")
     ] = None,
     row: Annotated[list[str], typer.Option(help="Run this row only, as noisy-5.")] = [],  # noqa: B006
-    jobs: Annotated[int, typer.Option(min=0, help="Scenes at a time; 0: one a core.")] = 0,
+    jobs: Annotated[int, typer.Option(min=0, help="Scenes at a time; 0: one per core.")] = 0,
     dask: Annotated[
         str | None, typer.Option(help="A Dask scheduler to run on, as tcp://10.0.0.1:8786.")
     ] = None,

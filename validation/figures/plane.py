@@ -71,7 +71,7 @@ class Scene:
 
     @property
     def colours(self) -> NDArray[np.float64]:
-        """(n, 3), one an observation."""
+        """(n, 3), one per observation."""
         return draw.outline_colours(self.surface.along, float(self.surface.length[0]))
 
     def votes(self, radius: int = 1) -> Votes:

@@ -45,7 +45,7 @@ def run(
     other.
 
     Args:
-        jobs: scenes at a time, 0 for one a core; not on a cluster.
+        jobs: scenes at a time, 0 for one per core; not on a cluster.
         threads: of each scene's kernels; one on a cluster.
         limit: seconds that a scene may run; not on a cluster.
         again: whether scenes that have a result are run, too.

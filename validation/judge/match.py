@@ -19,7 +19,7 @@ class Pair:
     """A true light and the found light that was matched with it.
 
     ``distance`` in metres, ``distance_percent`` of the diagonal, ``intensity_percent`` of the
-    true intensity, a value a channel.
+    true intensity, a value per channel.
     """
 
     true: int

@@ -1,4 +1,4 @@
-"""The matrix of cases: a row a scene and BRDF, a column a condition (transport and noise)."""
+"""The matrix of cases: a row per scene and BRDF, a column per condition (transport and noise)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

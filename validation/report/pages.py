@@ -1,4 +1,4 @@
-"""The report's pages: an index with the matrix of cases, and a page a case."""
+"""The report's pages: an index with the matrix of cases, and a page per case."""
 
 import zipfile
 import zlib

@@ -29,7 +29,7 @@ def write_json(out: Path, suite: dict[str, Any], cases: Sequence[dict[str, Any]]
 
 
 def write_csv(out: Path, results: Sequence[Result]) -> Path:
-    """Write OUT/report.csv: a header and a line a case, empty where there is no number."""
+    """Write OUT/report.csv: a header and a line per case, empty where there is no number."""
     text = StringIO()
     writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
     writer.writeheader()

@@ -86,7 +86,7 @@ STUDY = Study(
             "of those not solved, the answers whose reason, verdict or certificate shows it",
             share(says_so, lambda r: not solved(r)),
         ),
-        Measure("χ²", "median of chi-square a residual", typical("chi2")),
+        Measure("χ²", "median of chi-square per residual", typical("chi2")),
         Measure(
             "Certificate",
             "its median over those not solved, standard errors; about 4 by chance alone",

@@ -105,7 +105,7 @@ STUDY = Study(
             "of those not solved, those whose answer shows it",
             share(says_so, lambda r: not solved(r)),
         ),
-        Measure("χ²", "median of chi-square a residual", typical("chi2")),
+        Measure("χ²", "median of chi-square per residual", typical("chi2")),
         Measure("Reasons", "why the searches stopped", tally("reason")),
         Measure("Median (s)", "of the search on one thread", duration()),
         Measure("Max (s)", "of the search on one thread", duration(max)),

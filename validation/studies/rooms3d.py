@@ -25,7 +25,7 @@ from validation.studies.trial import Tolerance
 TRANSPORTS = ("direct", "full")
 POINTS = 4000  # |Q| of the issue
 SPP = 4096  # at 1024 the faintest of eight lights among metal is known to 8 % only (measured)
-RENDERED = 512  # samples a light: eight times as many as it, all lights together
+RENDERED = 512  # samples per light: eight times as many as it, all lights together
 SOLVED = Tolerance(0.01, 5.0)  # of the diagonal and in percent, as in the suite
 
 
@@ -189,7 +189,7 @@ STUDY = Study(
         Measure("Intensity (%)", "median of the worst", typical("intensity")),
         Measure("of footnote 1", "the same", typical("footnote_intensity")),
         Measure("Rounds", "median of the renderings", typical("turns")),
-        Measure("χ²", "median of chi-square a residual", typical("chi2")),
+        Measure("χ²", "median of chi-square per residual", typical("chi2")),
         Measure("Reasons", "why the searches stopped", tally("reason")),
         Measure("Median (s)", "of all searches on one thread", duration()),
         Measure("Max (s)", "of all searches on one thread", duration(max), below(10.0)),

@@ -105,7 +105,7 @@ STUDY = Study(
         Measure(
             "Intensity 95th", "of those errors, the 95th percentile", typical("intensity", worst)
         ),
-        Measure("χ²", "median of chi-square a residual", typical("chi2")),
+        Measure("χ²", "median of chi-square per residual", typical("chi2")),
         Measure("Reasons", "why the searches stopped", tally("reason")),
         Measure("Verdicts", "scenes with a verdict of that kind", tally("verdicts")),
         Measure("Median (s)", "of the search on one thread", duration()),

@@ -1,4 +1,4 @@
-"""A suite is a TOML file with a row a case."""
+"""A suite is a TOML file with a row per case."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Case(BaseModel):
     noise: float = Field(0.0, ge=0, lt=1)
     points: int = Field(4096, ge=1, le=200_000)
     spp: int = Field(256, ge=2, le=65_536)
-    rendered: int = Field(0, ge=0, le=65_536)  # samples a light; 0: footnote 1 alone
+    rendered: int = Field(0, ge=0, le=65_536)  # samples per light; 0: footnote 1 alone
     seed: int = Field(0, ge=0)
     gated: bool = True
     closed_form: bool = False  # also judge B itself, in the integrating sphere

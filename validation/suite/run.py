@@ -88,7 +88,7 @@ def run_cases(
     done: Callable[[dict[str, Any]], None] = lambda result: None,
     again: bool = False,
 ) -> dict[str, Any]:
-    """Run cases, ``jobs`` at a time (0: one a core), and write OUT/suite.json.
+    """Run cases, ``jobs`` at a time (0: one per core), and write OUT/suite.json.
 
     A case whose result was made by the same code from the same row and scene is not run again
     (but for ``again``), so a run that was killed goes on where it stopped. A case whose process
