@@ -12,6 +12,7 @@ from lightloc.fit.problem import Problem
 from lightloc.paper.method import along_surface
 from lightloc.paper.optimization import associate, grid_over, iterate, optimize
 from validation.jobs.pool import one
+from validation.judge import is_solved
 from validation.judge.match import compare
 from validation.rooms.plane import PlaneRoom, named_outlines, rooms, rooms_of
 from validation.studies import columns
@@ -218,9 +219,9 @@ def test_colours_are_refused():
 def test_another_room_is_not_solved():
     """Negative control: lights that are not in the room are no solution."""
     room = rooms(2, count=2)
-    assert not columns.is_solved(room[0].lights, room[1].lights)
+    assert not is_solved(room[0].lights, room[1].lights, columns.SOLVED)
     moved = PointLights(np.add(room[0].lights.positions, [0.02, 0, 0]), room[0].lights.intensities)
-    assert not columns.is_solved(moved, room[0].lights)
+    assert not is_solved(moved, room[0].lights, columns.SOLVED)
     brighter = PointLights(room[0].lights.positions, room[0].lights.intensities * 1.06)
-    assert not columns.is_solved(brighter, room[0].lights)
-    assert columns.is_solved(room[0].lights, room[0].lights)
+    assert not is_solved(brighter, room[0].lights, columns.SOLVED)
+    assert is_solved(room[0].lights, room[0].lights, columns.SOLVED)

@@ -5,7 +5,7 @@ For other rooms, in pipeline order:
 - `SQUARE`: the corners of the square room.
 - `SAMPLES`: observations of a 2D room (section 4.1).
 - `INTENSITIES`: the range of a light's (section 6.1).
-- `DARK`: share of the mean B that no point is trusted to be darker than.
+- `shot_noise`: the standard error of section 6.1's noise.
 - `PlaneRoom`: a 2D room and the truth about its lights.
 - `rooms`: square rooms, as in section 6.1.
 - `rooms_with_discs`: the same with occluders.
@@ -15,13 +15,13 @@ For other rooms, in pipeline order:
 """
 
 from validation.rooms.plane import (
-    DARK,
     INTENSITIES,
     SAMPLES,
     SQUARE,
     PlaneRoom,
     rooms,
     rooms_with_discs,
+    shot_noise,
 )
 from validation.rooms.relit import MOST, ROOMS, lit
 
@@ -29,7 +29,7 @@ __all__ = [
     "SQUARE",
     "SAMPLES",
     "INTENSITIES",
-    "DARK",
+    "shot_noise",
     "PlaneRoom",
     "rooms",
     "rooms_with_discs",

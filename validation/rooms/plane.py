@@ -80,7 +80,16 @@ class PlaneRoom:
             return dark.with_radiance(B, 0.0)
         jitter = np.random.default_rng([self.seed, NOISE, seed]).normal(size=B.shape)
         B = np.maximum(B + noise * np.sqrt(B) * jitter, 0.0)
-        return dark.with_radiance(B, noise * np.sqrt(np.maximum(B, DARK * B.mean())))
+        return dark.with_radiance(B, shot_noise(B, noise))
+
+
+def shot_noise(B: NDArray[np.float64], k: float) -> NDArray[np.float64]:
+    """The standard error k sqrt(B) of section 6.1's noise, of at least `DARK` of the mean B.
+
+    >>> shot_noise(np.array([0.0, 1.0, 4.0]), 0.1).round(4).tolist()
+    [0.0129, 0.1, 0.2]
+    """
+    return k * np.sqrt(np.maximum(B, DARK * B.mean()))
 
 
 def rooms(lights: int, count: int = PER_COUNT, seed: int = SEED) -> list[PlaneRoom]:

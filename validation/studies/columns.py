@@ -10,14 +10,15 @@ import numpy as np
 
 from lightloc import Observations, Paper, Perimeter, PointLights, Reason, localize, radiance
 from lightloc.fit import NEARBY, Problem, Unknown, descend
-from validation.judge import compare
+from validation.judge import Tolerance, compare, is_solved
 from validation.rooms import PlaneRoom, rooms
 
 SEED = 2018
 SAMPLES, NOISE = 400, 0.05  # section 6.1
 LOW_ERROR, OF_THE_TRUTH = 0.0025, 1.05  # of MSE, without noise and with it (section 6.1)
-POSITION, INTENSITY = 0.01, 5.0  # of the side; percent: what counts as solved
-EXACTLY, NEAR = 0.001, 0.1  # of the side: our search without noise; what counts as a match
+SOLVED = Tolerance(0.01, 5.0)  # of the side; percent
+EXACTLY = Tolerance(0.001, 5.0)  # our search without noise
+NEAR = 0.1  # of the side: what counts as a match
 RANDOM_STARTS = 100  # "with random initialization 100 times on each of the scenes" (6.1)
 FAINTEST, BRIGHTEST = 1.0, 5.0  # of the random starts, as of the lights themselves
 STEPS = 100  # of Levenberg-Marquardt, everywhere
@@ -118,15 +119,15 @@ def scene(name: str) -> Record:
         random=random,
         votes=full and found.history[-1].action == "iteration 0",
         full=full,
-        solved=full and is_solved(found.lights, room.lights),
-        oracle=is_solved(oracle, room.lights),
+        solved=full and is_solved(found.lights, room.lights, SOLVED),
+        oracle=is_solved(oracle, room.lights, SOLVED),
         seconds=round(seconds, 3),
         count_found=len(found.lights),
         mse=error(q, found.lights),
         mse_truth=error(q, room.lights),
         reason=found.reason.name,
         ours_full=error(q, ours.lights) < low,
-        ours_solved=is_solved(ours.lights, room.lights, POSITION if noise else EXACTLY),
+        ours_solved=is_solved(ours.lights, room.lights, SOLVED if noise else EXACTLY),
         ours_seconds=round(ours_seconds, 3),
         ours_found=len(ours.lights),
         ours_reason=ours.reason.name,
@@ -146,13 +147,6 @@ def furthest(found: PointLights, true: PointLights) -> float | None:
     if verdict.missed or verdict.ghosts:
         return None
     return max(pair.distance for pair in verdict.pairs)
-
-
-def is_solved(found: PointLights, true: PointLights, position: float = POSITION) -> bool:
-    """The count is right, and every light within 1 % of the side and 5 % of its intensity."""
-    verdict = compare(found, true, diagonal=1.0, radius=position)
-    near = not verdict.missed and not verdict.ghosts
-    return near and (verdict.worst_intensity_percent or 0.0) <= INTENSITY
 
 
 def problem(q: Observations) -> Problem:

@@ -14,7 +14,7 @@ import render
 from lightloc import Observations, PointLights, shading
 from render import Room
 from validation.jobs import Ended
-from validation.judge import compare
+from validation.judge import compare, is_solved
 from validation.studies.measures import Fields, duration, share, total, typical
 from validation.studies.rival_solvers import RIVALS
 from validation.studies.scenes import ONE_PERCENT, numbered, parts
@@ -80,8 +80,6 @@ def one(name: str) -> Outcome:
 def judged(name: str, room: Room, found: PointLights, seconds: float) -> Outcome:
     """What was found, beside the room's own lights."""
     verdict = compare(found, room.lights, room.diagonal)
-    near = compare(found, room.lights, room.diagonal, SOLVED.position * room.diagonal)
-    exact = (near.worst_intensity_percent or 0.0) <= SOLVED.intensity
     return Outcome(
         name=name,
         room=room.name,
@@ -91,7 +89,7 @@ def judged(name: str, room: Room, found: PointLights, seconds: float) -> Outcome
         ghosts=len(verdict.ghosts),
         position=verdict.worst_position_percent,
         intensity=verdict.worst_intensity_percent,
-        solved=not near.missed and not near.ghosts and exact,
+        solved=is_solved(found, room.lights, SOLVED, room.diagonal),
         seconds=round(seconds, 3),
     )
 

@@ -6,8 +6,7 @@ import render
 from lightloc import Observations, Options
 from lightloc.fit import Problem, working_sigma
 from lightloc.interreflection import Indirect, Split, spread, straight
-from validation.judge import within
-from validation.studies.trial import Tolerance
+from validation.judge import Tolerance, within
 
 
 def most(seen: Observations, room: render.Room, indirect: Indirect, off: Tolerance) -> float:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 import render
 from lightloc import Localization, Observations, localize
 from lightloc.interreflection import Indirect
-from validation.judge import Comparison, compare
+from validation.judge import Tolerance, compare, is_solved
 from validation.rooms import MOST, ROOMS, lit
 from validation.studies.many import converged, solved
 from validation.studies.measures import Fields, at_least, below, duration, share, tally, typical
@@ -20,7 +20,6 @@ from validation.studies.occluders import ceiling
 from validation.studies.rooms import most
 from validation.studies.scenes import numbered
 from validation.studies.study import Measure, Row, Study
-from validation.studies.trial import Tolerance
 
 TRANSPORTS = ("direct", "full")
 POINTS = 4000  # |Q| of the issue
@@ -94,14 +93,6 @@ def rendered(
     return localize(seen, room.geometry, indirect=timed, seed=seed)
 
 
-def _is_solved(judged: Comparison) -> bool:
-    near = judged.count_right and not judged.missed and not judged.ghosts
-    position, intensity = judged.worst_position_percent, judged.worst_intensity_percent
-    return (
-        near and (position or 0) <= 100 * SOLVED.position and (intensity or 0) <= SOLVED.intensity
-    )
-
-
 def _record(
     name: str,
     room: render.Room,
@@ -112,7 +103,10 @@ def _record(
     at_best: float = 1.0,
 ) -> RoomTrial:
     judged = compare(answer.lights, room.lights, room.diagonal)
-    first = compare(plain.lights, room.lights, room.diagonal) if plain else None
+    first = footnote = None
+    if plain:
+        first = compare(plain.lights, room.lights, room.diagonal)
+        footnote = is_solved(plain.lights, room.lights, SOLVED, room.diagonal)
     return RoomTrial(
         name=name,
         lights=len(room.lights),
@@ -121,7 +115,7 @@ def _record(
         ghosts=len(judged.ghosts),
         position=judged.worst_position_percent,
         intensity=judged.worst_intensity_percent,
-        solved=_is_solved(judged),
+        solved=is_solved(answer.lights, room.lights, SOLVED, room.diagonal),
         reason=answer.reason.name,
         verdicts=sorted({verdict.kind.name for verdict in answer.verdicts}),
         certificate=float(answer.certificate),
@@ -130,7 +124,7 @@ def _record(
         rendering=round(sum(spent), 3),
         turns=len(spent),
         ceiling=at_best,
-        footnote_solved=_is_solved(first) if first else None,
+        footnote_solved=footnote,
         footnote_position=first.worst_position_percent if first else None,
         footnote_intensity=first.worst_intensity_percent if first else None,
     )

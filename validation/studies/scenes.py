@@ -7,8 +7,9 @@ from functools import cache
 import numpy as np
 
 from lightloc import Observations
-from validation.rooms import DARK, SAMPLES, PlaneRoom, rooms, rooms_with_discs
-from validation.studies.trial import SOLVED, Tolerance, Trial, trial
+from validation.judge import Tolerance
+from validation.rooms import SAMPLES, PlaneRoom, rooms, rooms_with_discs, shot_noise
+from validation.studies.trial import SOLVED, Trial, trial
 
 MANY = (8, 10, 15, 20)  # lights in one room
 DISCS, AMONG_DISCS = (2, 4, 8), (2, 3, 4, 5)  # occluders, and lights among them
@@ -52,14 +53,8 @@ def noise_of(q: Observations, share: float = ONE_PERCENT) -> float:
 
 
 def with_error(q: Observations, k: float) -> Observations:
-    """Observations without noise that carry its standard error, as `PlaneRoom.observe` floors it.
-
-    >>> q = with_error(room_list(0, 2)[0].observe(8), 0.1)
-    >>> bool(np.allclose(q.sigma, 0.1 * np.sqrt(np.maximum(q.radiance, DARK * q.radiance.mean()))))
-    True
-    """
-    B = q.radiance
-    return q.with_radiance(B, k * np.sqrt(np.maximum(B, DARK * B.mean())))
+    """Observations without noise that carry its standard error."""
+    return q.with_radiance(q.radiance, shot_noise(q.radiance, k))
 
 
 def many(name: str) -> Trial:

@@ -9,19 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from lightloc import Geometry, Localization, Observations, PointLights, cramer_rao, localize
-from validation.judge import Comparison, compare, within
+from validation.judge import Comparison, Tolerance, compare, is_solved, within
 
 SIDE = 1.0  # of every room, metres
 DIAGONAL = math.sqrt(2) * SIDE  # of its floor: the judge's scale
 TIGHT = 0.001  # of the side: what noiseless answers should keep to
-
-
-@dataclass(frozen=True)
-class Tolerance:
-    """What counts as solved: ``position`` of the side, ``intensity`` in percent."""
-
-    position: float
-    intensity: float
 
 
 SOLVED = Tolerance(0.01, 5.0)  # as in Table 1
@@ -98,7 +90,7 @@ def trial(
     answer = localize(q, geometry)
     seconds = time.perf_counter() - clock
     judged = compare(answer.lights, truth, diagonal=diagonal or DIAGONAL)
-    right = _is_solved(answer.lights, truth, tolerance, side)
+    right = is_solved(answer.lights, truth, tolerance, side)
     ceiling, bounds = None, []
     if known is not None:
         bound = cramer_rao(known, truth, geometry)
@@ -118,7 +110,7 @@ def trial(
         intensity=judged.worst_intensity_percent,
         solved=right,
         tight=right
-        and _is_solved(answer.lights, truth, Tolerance(TIGHT, tolerance.intensity), side),
+        and is_solved(answer.lights, truth, Tolerance(TIGHT, tolerance.intensity), side),
         reason=answer.reason.name,
         verdicts=sorted({verdict.kind.name for verdict in answer.verdicts}),
         certificate=float(answer.certificate),
@@ -129,12 +121,6 @@ def trial(
         bounds=bounds,
         z=_z_scores(answer, truth, matched, q) if matched else [],
     )
-
-
-def _is_solved(found: PointLights, true: PointLights, tolerance: Tolerance, side: float) -> bool:
-    judged = compare(found, true, radius=tolerance.position * side)
-    near = not judged.missed and not judged.ghosts
-    return near and (judged.worst_intensity_percent or 0.0) <= tolerance.intensity
 
 
 def _z_scores(

@@ -16,7 +16,7 @@ from lightloc import Conductor, Observations, Options, Plastic, PointLights, rad
 from lightloc.fit import Criterion, Descents, Problem, working_sigma
 from lightloc.search import sharpened
 from validation.judge import compare
-from validation.rooms import DARK, INTENSITIES
+from validation.rooms import INTENSITIES, shot_noise
 from validation.studies.scenes import FEW, ONE_PERCENT, parts, room_list
 from validation.studies.trial import DIAGONAL, Trial, trial
 
@@ -159,7 +159,7 @@ def _noisy(q: Observations, B: NDArray[np.float64], rng: Rng) -> Observations:
 
 def _sigma(B: NDArray[np.float64], share: float) -> NDArray[np.float64]:
     """The standard error that the data state, from what is seen, as `PlaneRoom.observe` floors."""
-    return share * np.sqrt(np.maximum(B, DARK * B.mean()) * B.mean())
+    return shot_noise(B, share * float(np.sqrt(B.mean())))
 
 
 def _smooth(n: int, rng: Rng) -> NDArray[np.float64]:
