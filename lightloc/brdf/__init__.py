@@ -12,7 +12,7 @@ For other rooms, in pipeline order:
 - `Slope`: the same with its derivative in l.
 - `Sloped`: a material that has the derivative in closed form.
 - `Bounded`: a material that says what f (n . l)+ is at most.
-- `Ceiling`: that bound, two numbers per observation.
+- `Ceiling`: that bound, two numbers an observation.
 - `channels_last`: a kernel's result as a NumPy array with the channels last.
 """
 

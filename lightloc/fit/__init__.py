@@ -6,12 +6,13 @@ For other rooms, in pipeline order:
 - `working_sigma`: standard errors with the arithmetic's own.
 - `level_of`: the standard deviation of residuals, outliers left out.
 - `law_of`: sigma as a function of B, where it is one.
+- `cauchy`: Cauchy's loss, and the weight that it gives.
+- `robust`: the sum of that loss.
 - `Problem`: what is fitted: B, its errors, the geometry and the region.
 - `Fit`: lights with the residual that they leave.
 - `no_lights`: the fit of darkness.
 - `fit_of`: the fit of lights as they are.
 - `residuals`: (B - model) / sigma.
-- `robust`: the sum of Cauchy's loss.
 - `whitened`: the columns of what is linear: S / sigma and the ambient term.
 - `nonnegative`: least squares with x >= 0.
 - `amounts`: non-negative intensities and the ambient term.
@@ -57,6 +58,7 @@ from lightloc.fit.levenberg import (
     descend,
     normal_equations,
 )
+from lightloc.fit.loss import cauchy, robust
 from lightloc.fit.noise import is_exact, law_of, level_of, working_sigma
 from lightloc.fit.problem import (
     Fit,
@@ -67,7 +69,6 @@ from lightloc.fit.problem import (
     no_lights,
     nonnegative,
     residuals,
-    robust,
     whitened,
 )
 
@@ -76,12 +77,13 @@ __all__ = [
     "working_sigma",
     "level_of",
     "law_of",
+    "cauchy",
+    "robust",
     "Problem",
     "Fit",
     "no_lights",
     "fit_of",
     "residuals",
-    "robust",
     "whitened",
     "nonnegative",
     "amounts",

@@ -12,6 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from lightloc.fit.loss import cauchy
 from lightloc.fit.problem import Problem
 from lightloc.optics import shadows, slopes
 
@@ -203,7 +204,7 @@ class Model:
                 gradient = gradient + S[:, None] * turn.swapaxes(0, 1)
             S = S * V
         A, g = np.zeros((m, k * (d + c), k * (d + c))), np.zeros((m, k * (d + c)))
-        chi2, exact = np.zeros(m), self.is_exact
+        chi2, exact, plain = np.zeros(m), self.is_exact, bool(np.isinf(loss).all())
         whole = np.zeros((m, c * n if exact else 0, k * (d + c)))
         half, left = (np.zeros((m, c * n if exact else 0)) for _ in range(2))
         for channel in range(c):
@@ -224,15 +225,15 @@ class Model:
             if problem.nuisance is not None:
                 u = problem.nuisance[channel]
                 J = J - (J @ u)[:, :, None].astype(S.dtype) * u.astype(S.dtype)
-            own_chi2, trust = cauchy(r, loss)
-            weighed = J if trust is None else J * trust[:, None, :].astype(S.dtype)
+            lost, trust = cauchy(r, loss[:, None])
+            weighed = J if plain else J * trust[:, None, :].astype(S.dtype)
             columns = np.concatenate([np.arange(k * d), k * d + np.arange(k) * c + channel])
             A[:, columns[:, None], columns] += weighed @ J.transpose(0, 2, 1)
             g[:, columns] += (weighed @ r[:, :, None].astype(S.dtype))[:, :, 0]
-            chi2 += own_chi2
+            chi2 += lost.sum(axis=1)
             if exact:
                 rows = np.arange(channel * n, channel * n + n)
-                half[:, rows] = 1.0 if trust is None else np.sqrt(trust)
+                half[:, rows] = np.sqrt(trust)
                 whole[:, rows[:, None], columns] = (J * half[:, None, rows]).swapaxes(1, 2)
                 left[:, rows] = r
         if self.indirect:
@@ -300,16 +301,3 @@ class Model:
             return seen
         step = off[:, :, axes].astype(np.float32)
         return np.clip(seen + np.einsum("mdkn,mkd->mkn", turn, step), 0, 1)
-
-
-def cauchy(
-    r: NDArray[np.floating], loss: NDArray[np.float64]
-) -> tuple[NDArray[np.floating], NDArray[np.floating] | None]:
-    """Cauchy's loss over (m, n) residuals, and the weight that each then has; None for 1."""
-    if np.isinf(loss).all():
-        return np.square(r).sum(axis=1), None
-    scale = loss[:, None]
-    with np.errstate(invalid="ignore"):
-        far = np.square(r / scale)
-        chi2 = np.where(np.isinf(scale), np.square(r), scale**2 * np.log1p(far))
-    return chi2.sum(axis=1), 1 / (1 + far)

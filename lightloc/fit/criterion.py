@@ -12,8 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from lightloc.fit.loss import cauchy, robust
 from lightloc.fit.noise import level_of
-from lightloc.fit.problem import Fit, Problem, cauchy, robust
+from lightloc.fit.problem import Fit, Problem
 from lightloc.given import Options
 
 FEW = 0.02
@@ -62,7 +63,7 @@ class Likelihood:
         """The weight of each residual in a question about one more light; none for the few."""
         far, few = np.abs(z), round(self.few * z.size)
         least = np.sort(far, axis=None)[z.size - few - 1] if few else np.inf
-        weight = 1 / (1 + np.square(z / self.scale))
+        _, weight = cauchy(z, self.scale)
         return np.where(far > max(self.scale, least), 0.0, weight)
 
 
@@ -121,7 +122,7 @@ class Criterion:
         lights = len(more) - len(fewer)
         price = lights * self.price(problem)
         scale = self.likelihood.scale
-        before, after = (cauchy(fit.residual / level, scale) for fit in (fewer, more))
+        before, after = (cauchy(fit.residual / level, scale)[0] for fit in (fewer, more))
         gains = np.sort((before - after).ravel())
         unknowns = lights * (len(problem.axes) + problem.radiance.shape[1])
         return gains.sum() > price and gains[: max(0, len(gains) - unknowns)].sum() > price / 2

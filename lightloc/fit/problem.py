@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear, nnls
 
+from lightloc.fit.loss import robust
 from lightloc.given import Geometry, Observations, PointLights
 from lightloc.optics import Surfels, radiance, shading, surfels
 
@@ -95,22 +96,6 @@ class Fit:
 
     def __len__(self) -> int:
         return len(self.lights)
-
-
-def robust(z: NDArray[np.float64], scale: float) -> float:
-    """Sum of Cauchy's loss: z^2 near zero, growing like a logarithm beyond ``scale``.
-
-    >>> robust(np.array([1e-3]), 5.0) == robust(np.array([-1e-3]), 5.0) < 1.0001e-6
-    True
-    """
-    return float(cauchy(z, scale).sum())
-
-
-def cauchy(z: NDArray[np.float64], scale: float) -> NDArray[np.float64]:
-    """Cauchy's loss of each residual; the square where ``scale`` is infinite."""
-    if np.isinf(scale):
-        return np.square(z)
-    return scale**2 * np.log1p(np.square(z / scale))
 
 
 def no_lights(problem: Problem, scale: float) -> Fit:

@@ -22,6 +22,7 @@ from lightloc.fit import (
     Indirect,
     Problem,
     Unknown,
+    cauchy,
     descend,
     jacobian,
     nonnegative,
@@ -82,7 +83,7 @@ class Split:
 
     def weight(self, z: NDArray[np.float64]) -> NDArray[np.float64]:
         """(n, c) in 0..1, of Cauchy's loss, or of a wider one while most residuals are large."""
-        return 1 / (1 + np.square(z / self.scale(z)))
+        return cauchy(z, self.scale(z))[1]
 
     def scale(self, z: NDArray[np.float64]) -> float:
         """Standard errors beyond which a residual counts less and less."""

@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lightloc.fit import Descents, Problem, descend
+from lightloc.fit import Descents, Problem, cauchy, descend
 from lightloc.search.dictionary import Left, atoms_at
 from lightloc.search.view import Stage
 
@@ -38,7 +38,7 @@ def places(
         loss: standard errors beyond which residuals count less and less in the gain.
     """
     problem = stage.problem
-    left = Left.beside(problem, one.lights, z, 1 / (1 + np.square(z / loss)))
+    left = Left.beside(problem, one.lights, z, cauchy(z, loss)[1])
     tops = stage.dictionary.tops(problem, left, most)
     if problem.geometry is None or not len(tops):
         return tops

@@ -7,7 +7,8 @@ import pytest
 
 from lightloc import Lambert, Observations, Options, PointLights
 from lightloc.fit.criterion import ESTIMATED, FEW, Criterion, Likelihood
-from lightloc.fit.problem import Fit, Problem, robust
+from lightloc.fit.loss import robust
+from lightloc.fit.problem import Fit, Problem
 
 N = 4000
 WILD = 50.0  # standard errors
