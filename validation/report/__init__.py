@@ -6,8 +6,8 @@ from pathlib import Path
 from plotly.offline import get_plotlyjs
 
 from validation.jobs import write_text
+from validation.records import read_result, read_suite
 from validation.report.pages import TEMPLATES, environment, write_case, write_index
-from validation.report.read import read_result, read_suite
 from validation.report.studies import find_all, write_study_page
 from validation.report.tables import write_csv, write_json, write_junit
 

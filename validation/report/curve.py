@@ -4,8 +4,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from validation.records import Step
 from validation.report.axes import Tick, log_bar, round_numbers
-from validation.report.read import Step
 from validation.report.words import number
 
 WIDTH, HEIGHT = 420.0, 190.0  # of the plotted area, in CSS pixels

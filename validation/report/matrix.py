@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
-from validation.report.read import Result
+from validation.records import Result
 from validation.report.words import material
 
 TRANSPORTS = {"direct": "direct light", "full": "with indirect light"}

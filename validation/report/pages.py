@@ -12,10 +12,10 @@ import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from validation.jobs import write_text
+from validation.records import Result, Suite
 from validation.report.curve import curve
 from validation.report.matrix import matrix
 from validation.report.pictures import draw_view
-from validation.report.read import Result, Suite
 from validation.report.room3d import room_data
 from validation.report.rows import light_rows
 from validation.report.slices import draw_slices, near_words

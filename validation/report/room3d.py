@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from validation.draw import stops
-from validation.report.read import Result
+from validation.records import Result
 from validation.report.words import intensity, metres, percent
 
 POINTS_MOST = 20_000  # a browser turns this many smoothly

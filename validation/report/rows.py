@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from validation.report.read import FoundLight, Pair, Result, TrueLight
+from validation.records import FoundLight, Pair, Result, TrueLight
 from validation.report.words import intensity, measured, metres, number, percent
 
 AXES = "xyz"

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from validation.draw import css, paint, place, png, stops
 from validation.jobs import write_bytes
+from validation.records import Result
 from validation.report.axes import Axes, Tick, linear_bar, log_bar
-from validation.report.read import Result
 from validation.report.words import metres
 
 NEAR = 0.05  # of the room's diagonal: lights this close to the slice are drawn on it

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, Literal
 
 from jinja2 import Environment
-from pydantic import Field
 
 from validation.jobs import write_text
-from validation.report.read import Count, MadeOn, Part, Real, read_checked
+from validation.records import Document, Row, Scene, read_checked
 from validation.studies import NAMES
 
 FILE = "study.json"
@@ -23,89 +21,9 @@ KINDS = {  # of scenes that are listed, and what each means
 NAMED = {"crashed": "crashed", "shown": "look"}
 
 
-class Column(Part):
-    """A column and what it means."""
-
-    title: str
-    meaning: str = ""
-
-
-class Cell(Part):
-    """A figure as text, and the goal that it meets or not."""
-
-    column: str
-    text: str
-    value: Real = None
-    error: Real = None
-    goal: str | None = None
-    met: bool | None = None
-
-
-class Row(Part):
-    """A row of the table."""
-
-    name: str
-    label: str
-    planned: Count
-    ended: Count
-    crashed: Count
-    cells: list[Cell]
-
-
-class Line(Part):
-    """A line of the curve."""
-
-    name: str
-    x: list[float]
-    y: list[Real]
-    error: list[Real] | None = None
-    kind: Literal["line", "dash", "bar", "smooth"] = "line"
-
-
-class Curve(Part):
-    """What the page's script draws."""
-
-    title: str
-    x: str
-    y: str
-    lines: list[Line]
-    levels: list[tuple[float, str]] = Field(default_factory=list)
-    log_x: bool = False
-    caption: str = ""
-
-
-class Scene(Part):
-    """A scene that has ended; no record where it crashed, ``doubt`` where it needs a look."""
-
-    name: str
-    record: dict[str, Any] | None = None
-    error: str = ""
-    doubt: str | None = None
-
-    def get(self, field: str) -> Any:
-        """A field of the record; None where there is none."""
-        return (self.record or {}).get(field)
-
-    @property
-    def kind(self) -> str:
-        """A key of `KINDS`."""
-        return "crashed" if self.record is None else "shown"
-
-
-class Document(Part):
-    """What `lightloc study` leaves."""
-
-    name: str
-    title: str
-    question: str
-    outcome: list[str] = Field(min_length=1)
-    command: str
-    made: MadeOn
-    spent: Real = None
-    columns: list[Column]
-    rows: list[Row] = Field(min_length=1)
-    curve: Curve | None = None
-    scenes: list[Scene]
+def kind_of(scene: Scene) -> str:
+    """A key of `KINDS`."""
+    return "crashed" if scene.record is None else "shown"
 
 
 @dataclass(frozen=True)
@@ -144,7 +62,7 @@ def write_study_page(
     study, _ = read_checked(Document, source)
     cells = [cell for row in study.rows for cell in row.cells if cell.met is not None]
     listed = [scene for scene in study.scenes if scene.record is None or scene.doubt]
-    listed.sort(key=lambda scene: scene.kind != "crashed")
+    listed.sort(key=lambda scene: kind_of(scene) != "crashed")
     drawn = StudyPage(
         page,
         study.title,
@@ -159,10 +77,11 @@ def write_study_page(
         drawn=drawn,
         listed=listed,
         words=_words(study.rows),
-        counts={kind: sum(scene.kind == kind for scene in listed) for kind in KINDS},
+        counts={kind: sum(kind_of(scene) == kind for scene in listed) for kind in KINDS},
         kinds=KINDS,
         kind_names=NAMED,
-        curve=study.curve.model_dump() if study.curve else None,
+        kind_of=kind_of,
+        curve=asdict(study.curve) if study.curve else None,
         ended=len(study.scenes),
         planned=sum(row.planned for row in study.rows if row.name != "every row"),
         downloads=[

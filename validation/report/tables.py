@@ -9,7 +9,7 @@ from typing import Any
 from xml.etree import ElementTree
 
 from validation.jobs import write_bytes, write_text
-from validation.report.read import SCHEMA, Result, Suite
+from validation.records import SCHEMA, Result, Suite
 from validation.report.words import plain
 
 COLUMNS = (

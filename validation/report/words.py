@@ -5,7 +5,7 @@ import re
 from collections.abc import Sequence
 from datetime import UTC, datetime
 
-from validation.report.read import Result
+from validation.records import Result
 
 NOTHING = "–"
 LEAST_PERCENT = 0.001

@@ -7,10 +7,11 @@ from collections.abc import Sequence
 from typing import Any
 
 from validation.jobs import Ended
+from validation.records import Row
 from validation.studies.ablated import CHANGES, ablated, names, rooms
 from validation.studies.measures import NO_FIGURE, Figure, duration, records, share
 from validation.studies.paired import sign_test
-from validation.studies.study import Measure, Row, Study
+from validation.studies.study import Measure, Study
 
 
 def lost(r: dict[str, Any]) -> bool:

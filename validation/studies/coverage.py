@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2, norm
 
 from validation.jobs import Ended
+from validation.records import Curve, Line, Row
 from validation.studies import scenes
 from validation.studies.measures import (
     NO_FIGURE,
@@ -20,7 +21,7 @@ from validation.studies.measures import (
     records,
     tally,
 )
-from validation.studies.study import EVERY, Curve, Line, Measure, Row, Study
+from validation.studies.study import EVERY, Measure, Study
 
 Z95 = float(norm.ppf(0.975))  # standard errors to either side of an estimate
 GOAL = between(0.93, 0.97)

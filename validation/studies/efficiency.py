@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from validation.jobs import Ended
+from validation.records import Curve, Line, Row
 from validation.studies import scenes
 from validation.studies.coverage import right
 from validation.studies.many import converged
 from validation.studies.measures import NO_FIGURE, Fields, Figure, below, records, share, tally
-from validation.studies.study import Curve, Line, Measure, Row, Study
+from validation.studies.study import Measure, Study
 from validation.studies.trial import SIDE, Trial
 
 GOAL = 1.2

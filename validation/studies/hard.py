@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from validation.jobs import Ended
+from validation.records import Row
 from validation.studies.hard_scenes import hard
 from validation.studies.many import certificate_of_unsolved, converged, doubt, says_so, solved
 from validation.studies.measures import (
@@ -20,7 +21,7 @@ from validation.studies.measures import (
     typical,
 )
 from validation.studies.scenes import numbered
-from validation.studies.study import EVERY, Measure, Row, Study
+from validation.studies.study import EVERY, Measure, Study
 
 # Rows by name: how a reader meets them, and how many rooms for each of the smallest row, so that
 # those with many lights, of up to some minutes each, are few.

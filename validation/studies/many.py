@@ -6,6 +6,7 @@ import statistics
 from collections.abc import Sequence
 
 from validation.jobs import Ended
+from validation.records import Curve, Line, Row, Stroke
 from validation.studies import scenes
 from validation.studies.measures import (
     NOTHING,
@@ -17,7 +18,7 @@ from validation.studies.measures import (
     share,
     tally,
 )
-from validation.studies.study import EVERY, Curve, Line, Measure, Row, Study
+from validation.studies.study import EVERY, Measure, Study
 
 CHANCE = 5.0  # standard errors: a certificate of about 4 comes by chance alone
 ROWS = [f"lights-{count}" for count in scenes.MANY]
@@ -63,7 +64,7 @@ def curve(rows: Sequence[Row], ended: Sequence[Ended]) -> Curve:
     lights = [float(count) for count in scenes.MANY]
     single = [row for row in rows if row.name != EVERY]
 
-    def line(title: str, kind: str = "line") -> Line:
+    def line(title: str, kind: Stroke = "line") -> Line:
         cells = [row.cell(title) for row in single]
         return Line(
             title, lights, [cell.value for cell in cells], [cell.error for cell in cells], kind

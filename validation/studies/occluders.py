@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from validation.jobs import Ended
+from validation.records import Curve, Line, Row, Stroke
 from validation.studies import scenes
 from validation.studies.many import converged, says_so, solved
 from validation.studies.measures import (
@@ -20,8 +21,9 @@ from validation.studies.measures import (
     tally,
     typical,
 )
-from validation.studies.study import Curve, Line, Measure, Row, Study
+from validation.studies.study import Measure, Study
 
+STROKES: tuple[tuple[str, Stroke], ...] = (("Solved", "line"), ("Ceiling", "dash"))
 BELOW = -0.03  # how far a rate may stay below its ceiling
 
 
@@ -62,7 +64,7 @@ def curve(rows: Sequence[Row], ended: Sequence[Ended]) -> Curve:
     for discs in scenes.DISCS:
         own = [row for row in rows if row.name.startswith(f"discs-{discs}-")]
         lights = [float(row.name.rpartition("-")[2]) for row in own]
-        for title, kind in (("Solved", "line"), ("Ceiling", "dash")):
+        for title, kind in STROKES:
             cells = [row.cell(title) for row in own]
             errors = [cell.error for cell in cells] if kind == "line" else None
             name = f"{discs} discs, {title.lower()}"

@@ -15,10 +15,11 @@ from lightloc import Observations, PointLights, shading
 from render import Room
 from validation.jobs import Ended
 from validation.judge import compare, is_solved
+from validation.records import Curve, Line, Row
 from validation.studies.measures import Fields, duration, share, total, typical
 from validation.studies.rival_solvers import RIVALS
 from validation.studies.scenes import ONE_PERCENT, numbered, parts
-from validation.studies.study import Curve, Line, Measure, Row, Study
+from validation.studies.study import Measure, Study
 from validation.studies.trial import SOLVED
 
 ROOMS = ("box_one", "box_occluder", "box_conductor", "box_plastic", "furnished")

@@ -13,13 +13,14 @@ import render
 from lightloc import Localization, Observations, localize
 from lightloc.interreflection import Indirect
 from validation.judge import Tolerance, compare, is_solved
+from validation.records import Row
 from validation.rooms import MOST, ROOMS, lit
 from validation.studies.many import converged, solved
 from validation.studies.measures import Fields, at_least, below, duration, share, tally, typical
 from validation.studies.occluders import ceiling
 from validation.studies.rooms import most
 from validation.studies.scenes import numbered
-from validation.studies.study import Measure, Row, Study
+from validation.studies.study import Measure, Study
 
 TRANSPORTS = ("direct", "full")
 POINTS = 4000  # |Q| of the issue

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from validation.jobs import Ended, row_of
+from validation.records import Cell, Curve, Row
 from validation.studies.measures import Fields, Figure, Goal, Measured
 
 EVERY = "every row"  # the name of the row over all others
@@ -29,61 +30,6 @@ class Measure:
         if isinstance(self.goals, Goal):
             return None if row == EVERY else self.goals
         return self.goals.get(row) if self.goals else None
-
-
-@dataclass(frozen=True)
-class Cell:
-    """A figure, the goal as text, and whether it is met; None where there is no goal."""
-
-    column: str
-    text: str
-    value: float | None
-    error: float | None
-    goal: str | None
-    met: bool | None
-
-
-@dataclass(frozen=True)
-class Row:
-    """A row: its scenes, how many have ended and how many of those crashed, and its cells."""
-
-    name: str
-    label: str
-    planned: int
-    ended: int
-    crashed: int
-    cells: tuple[Cell, ...]
-
-    def cell(self, column: str) -> Cell:
-        """The cell of a column."""
-        return next(cell for cell in self.cells if cell.column == column)
-
-
-@dataclass(frozen=True)
-class Line:
-    """A line of a curve, ``error`` of each y where it is known.
-
-    ``kind`` is line, dash (it belongs to the line before it), bar or smooth (without markers).
-    """
-
-    name: str
-    x: list[float]
-    y: list[float | None]
-    error: list[float | None] | None = None
-    kind: str = "line"
-
-
-@dataclass(frozen=True)
-class Curve:
-    """A drawing of the rows: axes, lines, and levels that a goal or a theory gives."""
-
-    title: str
-    x: str
-    y: str
-    lines: tuple[Line, ...]
-    levels: tuple[tuple[float, str], ...] = ()
-    log_x: bool = False
-    caption: str = ""
 
 
 @dataclass(frozen=True)

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from itertools import compress
 from typing import TYPE_CHECKING, Any
 
 from validation.jobs import Ended
-from validation.studies.study import Cell, Row, Study, outcome
+from validation.records import SCHEMA, Cell, Column, Document, MadeOn, Row, Scene
+from validation.studies.study import Study, outcome
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-SCHEMA = 1
 CRASHED = "crashed"
 
 
@@ -32,29 +31,33 @@ def document(
     made: Mapping[str, Any],
 ) -> str:
     """Everything that its page shows as JSON, a scene a line."""
-    curve = study.curve(rows, scenes) if scenes else None
-    head = {
-        "schema": SCHEMA,
-        "name": study.name,
-        "title": study.title,
-        "question": study.question,
-        "outcome": outcome(study, rows),
-        "command": command(study, per_row),
-        "made": dict(made),
-        "spent": sum(scene.elapsed for scene in scenes),
-        "columns": [{"title": m.title, "meaning": m.meaning} for m in study.measures],
-        "rows": [asdict(row) for row in rows],
-        "curve": asdict(curve) if curve else None,
-    }
-    lines = ",\n".join("  " + json.dumps(_line(study, scene), allow_nan=False) for scene in scenes)
+    whole = Document(
+        name=study.name,
+        title=study.title,
+        question=study.question,
+        outcome=outcome(study, rows),
+        command=command(study, per_row),
+        made=MadeOn(**made),
+        spent=sum(scene.elapsed for scene in scenes),
+        columns=[Column(title=m.title, meaning=m.meaning) for m in study.measures],
+        rows=list(rows),
+        curve=study.curve(rows, scenes) if scenes else None,
+        scenes=[_scene(study, scene) for scene in scenes],
+    )
+    head = {"schema": SCHEMA, **whole.model_dump(mode="json", exclude={"scenes"})}
+    lines = ",\n".join(f"  {scene.model_dump_json()}" for scene in whole.scenes)
     start = json.dumps(head, indent=1, allow_nan=False, ensure_ascii=False).removesuffix("\n}")
     return f'{start},\n "scenes": [\n{lines}\n ]\n}}\n'
 
 
-def _line(study: Study, scene: Ended) -> dict[str, Any]:
-    doubt = CRASHED if scene.record is None else study.doubt(scene.record)
-    kept = {key: value for key, value in asdict(scene).items() if key != "fingerprint"}
-    return kept | {"doubt": doubt}
+def _scene(study: Study, ended: Ended) -> Scene:
+    return Scene(
+        name=ended.name,
+        elapsed=ended.elapsed,
+        record=ended.record,
+        error=ended.error,
+        doubt=CRASHED if ended.record is None else study.doubt(ended.record),
+    )
 
 
 def markdown(study: Study, per_row: int, rows: Sequence[Row], made: Mapping[str, Any]) -> str:

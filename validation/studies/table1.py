@@ -6,9 +6,10 @@ import statistics
 from collections.abc import Sequence
 
 from validation.jobs import Ended
+from validation.records import Curve, Line, Row, Stroke
 from validation.studies import columns, published
 from validation.studies.measures import Fields, Goal, Measured, duration, mean, reaches, share
-from validation.studies.study import Curve, Line, Measure, Row, Study
+from validation.studies.study import Measure, Study
 
 
 def papers(column: str, judged: bool = False, digits: int = 2) -> dict[str, Goal]:
@@ -52,7 +53,7 @@ def said(rows: Sequence[Row]) -> str:
 def curve(rows: Sequence[Row], ended: Sequence[Ended]) -> Curve:
     noisy = [row for row in rows if row.name.startswith("noisy")]
 
-    def line(name: str, title: str, kind: str = "line") -> Line:
+    def line(name: str, title: str, kind: Stroke = "line") -> Line:
         cells = [row.cell(title) for row in noisy]
         return Line(name, x(), [c.value for c in cells], [c.error for c in cells], kind)
 

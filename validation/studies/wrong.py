@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from validation.records import Row
 from validation.studies import scenes, wrong_models
 from validation.studies.measures import (
     Fields,
@@ -16,7 +17,7 @@ from validation.studies.measures import (
     typical,
     worst,
 )
-from validation.studies.study import Measure, Row, Study
+from validation.studies.study import Measure, Study
 
 LABELS = {
     "right": "nothing wrong (control)",

@@ -17,9 +17,24 @@ import numpy as np
 import render
 from lightloc import Localization, Observations, PointLights, Reason, localize
 from render import Room
+from validation import records
 from validation.jobs import made, write_json
 from validation.judge import RADIUS, Comparison, compare, judge_sphere
-from validation.suite.cases import SCHEMA, Case
+from validation.records import (
+    SCHEMA,
+    ClosedForm,
+    FoundLight,
+    Lights,
+    Limits,
+    Made,
+    Rerender,
+    Result,
+    Said,
+    Search,
+    Step,
+    TrueLight,
+)
+from validation.suite.cases import Case
 from validation.suite.pictures import save_fields, save_room, save_view
 
 RERENDER_SPP = 256  # its noise is known and counted
@@ -57,35 +72,35 @@ def run_case(case: Case, folder: Path, command: str) -> dict[str, Any]:
     save_fields(folder / "fields.npz", room, seen, found)
     save_view(folder, room, found.lights, case.transport, case.seed)
     clock.lap("pictures")
-    result = {
-        "schema": SCHEMA,
+    result = Result(
         **case.model_dump(
             include={
                 *("name", "scene", "claim", "brdf", "transport", "noise", "gated"),
                 *("points", "spp", "rendered", "seed", "parameters"),
             }
         ),
-        "alpha": case.alpha,
-        "outcome": ("failed" if why else "passed") if case.gated else "shown",
-        "why": why,
-        "limits": {
-            "position_percent": case.position_percent,
-            "intensity_percent": case.intensity_percent,
-            "radius_percent": 100 * RADIUS,
-        },
-        "diagonal": room.diagonal,
-        "lights": {"true": _true(room.lights), "found": _found(found)},
-        "comparison": _comparison(verdict),
-        "rerender": again,
-        "closed_form": sphere,
-        "search": _search(found),
-        "seconds": clock.laps(),
-        "peak_mb": peak_mb(),
-        "command": command,
-        "made": made(),
-    }
-    write_json(folder / "result.json", result)
-    return result
+        alpha=case.alpha,
+        outcome=("failed" if why else "passed") if case.gated else "shown",
+        why=why,
+        limits=Limits(
+            position_percent=case.position_percent,
+            intensity_percent=case.intensity_percent,
+            radius_percent=100 * RADIUS,
+        ),
+        diagonal=room.diagonal,
+        lights=Lights(true=true_lights(room.lights), found=found_lights(found)),
+        comparison=compared(verdict),
+        rerender=again,
+        closed_form=ClosedForm(**sphere) if sphere else None,
+        search=searched(found),
+        seconds=clock.laps(),
+        peak_mb=peak_mb(),
+        command=command,
+        made=Made(**made()),
+    )
+    content = {"schema": SCHEMA, **result.model_dump(mode="json")}
+    write_json(folder / "result.json", content)
+    return content
 
 
 def observe(case: Case, room: Room, seed: int) -> Observations:
@@ -122,9 +137,7 @@ def reasons(case: Case, verdict: Comparison, found: Localization | None = None) 
     return why
 
 
-def rerender(
-    case: Case, room: Room, seen: Observations, lights: PointLights
-) -> dict[str, float] | None:
+def rerender(case: Case, room: Room, seen: Observations, lights: PointLights) -> Rerender | None:
     """Mitsuba's B from the found lights at the same points against B, as z-scores.
 
     Both carry noise of their own (another seed for the second), and both count in z. Without
@@ -142,11 +155,11 @@ def rerender(
     sigma = np.sqrt(seen.sigma**2 + again.sigma**2 + (ROUNDING * mean) ** 2)
     difference = again.radiance - seen.radiance
     z = difference / sigma
-    return {
-        "z_mean": float(z.mean()),
-        "z_std": float(z.std()),
-        "relative_rms": float(np.sqrt(np.square(difference).mean()) / mean),
-    }
+    return Rerender(
+        z_mean=float(z.mean()),
+        z_std=float(z.std()),
+        relative_rms=float(np.sqrt(np.square(difference).mean()) / mean),
+    )
 
 
 def forget_peak() -> None:
@@ -172,62 +185,60 @@ class _Clock:
         now = time.perf_counter()
         self.parts[name], self.last = round(now - self.last, 3), now
 
-    def laps(self) -> dict[str, float]:
+    def laps(self) -> dict[str, float | None]:
         return {**self.parts, "total": round(time.perf_counter() - self.start, 3)}
 
 
-def _true(lights: PointLights) -> list[dict[str, Any]]:
+def true_lights(lights: PointLights) -> list[TrueLight]:
+    """The scene's lights, as a record holds them."""
     return [
-        {"position": p.tolist(), "intensity": I.tolist()}
+        TrueLight(position=p.tolist(), intensity=I.tolist())
         for p, I in zip(lights.positions, lights.intensities, strict=True)
     ]
 
 
-def _found(found: Localization) -> list[dict[str, Any]]:
+def found_lights(found: Localization) -> list[FoundLight]:
+    """The found lights with their errors."""
     return [
-        {
-            **light,
-            "position_error": _finite(found.position_error[i]),
-            "intensity_error": _finite(found.intensity_error[i]),
-            "bound": _finite(found.bound[i]),
-            "resolution": _finite(found.resolution[i : i + 1])[0],
-            "width": float(found.width[i]),
-        }
-        for i, light in enumerate(_true(found.lights))
+        FoundLight(
+            position=light.position,
+            intensity=light.intensity,
+            position_error=found.position_error[i].tolist(),
+            intensity_error=found.intensity_error[i].tolist(),
+            bound=found.bound[i].tolist(),
+            resolution=float(found.resolution[i]),
+            width=float(found.width[i]),
+        )
+        for i, light in enumerate(true_lights(found.lights))
     ]
 
 
-def _finite(values: np.ndarray) -> list[float | None]:
-    return [float(v) if np.isfinite(v) else None for v in values]
+def compared(verdict: Comparison) -> records.Comparison:
+    """The judge's verdict."""
+    return records.Comparison(
+        count_true=verdict.count_true,
+        count_found=verdict.count_found,
+        count_right=verdict.count_right,
+        precision=verdict.precision,
+        recall=verdict.recall,
+        pairs=[records.Pair(**asdict(pair)) for pair in verdict.pairs],
+        missed=list(verdict.missed),
+        ghosts=list(verdict.ghosts),
+        worst_position_percent=verdict.worst_position_percent,
+        worst_intensity_percent=verdict.worst_intensity_percent,
+    )
 
 
-def _comparison(verdict: Comparison) -> dict[str, Any]:
-    return {
-        **asdict(verdict),
-        "count_right": verdict.count_right,
-        "precision": verdict.precision,
-        "recall": verdict.recall,
-        "worst_position_percent": verdict.worst_position_percent,
-        "worst_intensity_percent": verdict.worst_intensity_percent,
-    }
-
-
-def _search(found: Localization) -> dict[str, Any]:
-    return {
-        "reason": found.reason.name.lower(),
-        "message": found.reason.value,
-        "chi2_per_dof": found.chi2,
-        "certificate": _finite(np.atleast_1d(found.certificate))[0],
-        "verdicts": [
-            {
-                "kind": verdict.kind.name.lower(),
-                "lights": list(verdict.lights),
-                "sentence": verdict.sentence,
-            }
-            for verdict in found.verdicts
+def searched(found: Localization) -> Search:
+    """How the search went."""
+    return Search(
+        reason=found.reason.name.lower(),
+        message=found.reason.value,
+        chi2_per_dof=found.chi2,
+        certificate=float(found.certificate),
+        verdicts=[
+            Said(kind=v.kind.name.lower(), lights=list(v.lights), sentence=v.sentence)
+            for v in found.verdicts
         ],
-        "history": [
-            {"step": step.action, "lights": step.lights, "chi2": step.chi2, "detail": ""}
-            for step in found.history
-        ],
-    }
+        history=[Step(step=s.action, lights=s.lights, chi2=s.chi2) for s in found.history],
+    )

@@ -9,8 +9,6 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-SCHEMA = 1  # of result.json and suite.json
-
 
 class Case(BaseModel):
     """One row: a scene, how it is observed, what must come out and how near.

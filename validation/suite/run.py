@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from validation.jobs import Ended, run, waiting, write_json
-from validation.suite.cases import SCHEMA, Case
+from validation.records import SCHEMA
+from validation.suite.cases import Case
 
 OUTCOMES = ("passed", "failed", "shown", "crashed")
 LIMIT = 300.0  # seconds after which a case counts as crashed
