@@ -29,11 +29,19 @@ class Reason(Enum):
 
 @dataclass(frozen=True)
 class Step:
-    """One step of the search: what was done, how many lights then, chi-square per residual."""
+    """One step of the search.
+
+    Args:
+        action: what was done, as a reader meets it.
+        lights: how many there were then.
+        chi2: per residual; of the published method its own measure, the mean squared error of B.
+        turn: the published method's iteration, or the round of rendering; None of other steps.
+    """
 
     action: str
     lights: int
     chi2: float
+    turn: int | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -87,7 +87,7 @@ def rounds(
         order = order_like(found.lights, lights)
         lights = PointLights(found.lights.positions[order], found.lights.intensities[order])
         split = Split(q, straight(problem, lights), *indirect(lights.positions), o.outlier)
-        steps = [Step(f"round {turn + 1}", len(lights), found.chi2)]
+        steps = [Step(f"round {turn + 1}", len(lights), found.chi2, turn + 1)]
         if moved > NEAR or not explains(found):
             I = split.intensities()
             lit = I.any(axis=1)

@@ -52,7 +52,8 @@ def published(
     reason = Reason.NO_VOTES
     for state in iterate(problem, surface, radius, low_error, o):
         if state.tried is not None:
-            history.append(Step(f"iteration {state.iteration}", len(state.tried), state.mse))
+            turn = state.iteration
+            history.append(Step(f"iteration {turn}", len(state.tried), state.mse, turn))
             watch(history[-1])
             if state.mse < least:
                 lights, least = state.tried, state.mse

@@ -145,7 +145,7 @@ def test_sphere(sphere):
     assert len(found.lights) == len(LIGHTS)
     assert np.abs(z_scores(found, LIGHTS)).max() < Z99
     assert len(calls) <= 3
-    assert any(step.action == "round 1" for step in found.history)
+    assert any(step.turn == 1 for step in found.history)
     S = shading(q, found.lights.positions, room.geometry)
     model = ((S + AROUND) * found.lights.intensities).sum(axis=1)
     np.testing.assert_allclose(found.residual, (q.radiance - model) / found.sigma, atol=1e-6)

@@ -117,7 +117,7 @@ def scene(name: str) -> Record:
         lights=len(room.lights),
         noise=noise,
         random=random,
-        votes=full and found.history[-1].action == "iteration 0",
+        votes=full and found.history[-1].turn == 0,
         full=full,
         solved=full and is_solved(found.lights, room.lights, SOLVED),
         oracle=is_solved(oracle, room.lights, SOLVED),
