@@ -10,6 +10,7 @@ import pytest
 
 import render
 from lightloc import Lambert, PointLights, radiance
+from render.film import borrow, smooth
 from render.observe import direct, observations, probe
 from render.view import DIFFUSE, NOTHING
 
@@ -262,3 +263,36 @@ def test_wrong_scenes(view, load, refuses):
     )
     with refuses("the view: no pixel shows one smooth surface"):
         render.observe_view(nothing)
+
+
+def test_sigma_is_the_root_of_the_variance(load):
+    """What a view has as variance, its observations have as standard error."""
+    room = load("box_two")
+    seen = render.photograph(room, width=24, spp=8, seed=3)
+    q = render.observe_view(seen, room)
+    variance = seen.variance[seen.used][:, : q.channels]
+    assert (variance > 0).any()
+    np.testing.assert_allclose(np.square(q.sigma), variance, rtol=1e-6)
+
+
+def test_a_pixel_at_the_edge_borrows_from_its_neighbours_alone():
+    """Light of the far edges of a picture is not lent, however alike the surfaces there are."""
+    light, features = np.zeros((6, 5, 3)), np.zeros((6, 5, 1))
+    light[-1], light[:, -1] = 1.0, 1.0
+    features[-1], features[:, -1] = 7.0, 7.0
+    corner, wanted = np.array([0]), np.full((1, 1, 1), 7.0)
+    assert not borrow(light, features, corner, wanted, np.ones(1)).any()
+    beside = np.array([4 * 5 + 3])  # one pixel off both edges
+    assert borrow(light, features, beside, wanted, np.ones(1)).all()
+
+
+def test_smoothing_favours_no_side(rng):
+    """A picture turned upside down, or mirrored, is smoothed as it was, to a sum's rounding."""
+    light, shape = rng.random((9, 12, 3)), rng.integers(0, 2, (9, 12))
+    normal = np.tile([0.0, 0.0, 1.0], (9, 12, 1))
+    layers = [light, shape, normal, np.ones((9, 12, 3)), np.zeros((9, 12))]
+    plain = smooth(*layers)
+    for turned in (np.flipud, np.fliplr):
+        again = smooth(*(turned(layer) for layer in layers))
+        np.testing.assert_allclose(again, turned(plain), rtol=1e-12)
+    assert np.abs(plain - light).max() > 0.1

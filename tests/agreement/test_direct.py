@@ -125,3 +125,12 @@ def test_noise_on_a_radiance_below_zero(load):
     np.testing.assert_array_equal(noisy.radiance[below], q.radiance[below])
     np.testing.assert_array_equal(noisy.sigma[below], q.sigma[below])
     assert (noisy.radiance[~below] != q.radiance[~below]).all()
+
+
+def test_noise_follows_its_seed(load):
+    """The same seed adds the same noise, another seed another: they do not correlate."""
+    q = observe(load("box_two"))
+    one, again, other = (add_noise(q, 0.05, seed).radiance - q.radiance for seed in (1, 1, 2))
+    np.testing.assert_array_equal(one, again)
+    z, w = (noise[:, 0] / np.sqrt(q.radiance[:, 0]) for noise in (one, other))
+    assert abs(np.corrcoef(z, w)[0, 1]) < 4 / np.sqrt(POINTS)

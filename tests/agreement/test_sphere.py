@@ -17,7 +17,8 @@ import numpy as np
 import pytest
 
 import render
-from lightloc import PointLights
+from lightloc import Lambert, Observations, PointLights
+from validation.judge.sphere import closed_form as judged_by
 
 POINTS, SPP = 2048, 256
 MEAN, LEAST, MOST = 0.2, 0.9, 1.1  # limits of the z-scores
@@ -106,3 +107,21 @@ def test_wrong_walls_are_seen(seen):
     assert not within(z_scores(q, lights, albedo=1.01 * ALBEDO))
     bare = ALBEDO / np.pi * direct_light(q.positions, lights, 1.0)
     assert ((q.radiance[:, 0] - bare) / q.sigma[:, 0]).mean() > 10
+
+
+def test_the_judges_closed_form_is_the_same(rng):
+    """`validation` has the formula too, and the direct part of it, for lights of one channel."""
+    x = rng.normal(size=(50, 3))
+    x *= 2.5 / np.linalg.norm(x, axis=1, keepdims=True)
+    q = Observations(
+        positions=x,
+        normals=-x,
+        directions=-x,
+        radiance=np.zeros(50),
+        material=Lambert(albedo=ALBEDO),
+    )
+    lights = PointLights(2.5 * PLACES, INTENSITIES)
+    B, direct = judged_by(q, lights)
+    np.testing.assert_allclose(B[:, 0], closed_form(x, lights, 2.5, ALBEDO), rtol=1e-12)
+    expected = ALBEDO / np.pi * direct_light(x, lights, 2.5)
+    np.testing.assert_allclose(direct[:, 0], expected, rtol=1e-12)

@@ -235,3 +235,36 @@ def test_layers_of_other_sizes(name, parts, refuses):
     parts[name] = parts[name][1:]
     with refuses(f"View.{name} has shape"):
         View(**parts)
+
+
+def test_channels_hold_what_their_names_say(parts, written):
+    """Another program finds each layer under the names that are documented, part by part."""
+    file = oiio.ImageInput.open(str(written))
+    names, pixels = file.spec().channelnames, file.read_image(0, 0, 0, len(NAMES), oiio.FLOAT)
+    file.close()
+    view = View(**parts)
+    for layer, prefix, letters in (
+        ("radiance", "", "RGB"),
+        ("variance", "variance.", "RGB"),
+        ("position", "position.", "XYZ"),
+        ("normal", "normal.", "XYZ"),
+        ("facet", "facet.", "XYZ"),
+        ("albedo", "albedo.", "RGB"),
+        ("film", "film.", "RGB"),
+    ):
+        for part, letter in enumerate(letters):
+            there = pixels[..., names.index(prefix + letter)]
+            np.testing.assert_array_equal(there, getattr(view, layer)[..., part])
+
+
+def test_a_camera_that_was_moved_is_noticed(parts, written, refuses):
+    """The checksum is of the viewpoint too."""
+    file = oiio.ImageInput.open(str(written))
+    checksum = file.spec().getattribute("lightloc:crc32")
+    file.close()
+    camera = tuple(float(a) for a in View(**parts).camera)
+    rewrite(written, attributes={"crc32": checksum, "camera": camera})
+    assert read_exr(written) == View(**parts)
+    rewrite(written, attributes={"crc32": checksum, "camera": (camera[0] + 1e-3, *camera[1:])})
+    with refuses(f"{written}: is damaged"):
+        read_exr(written)

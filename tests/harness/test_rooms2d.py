@@ -7,7 +7,7 @@ import pickle
 import numpy as np
 import pytest
 
-from lightloc import Lambert
+from lightloc import Lambert, PointLights
 from lightloc.plane.outline import Outline
 from validation.rooms.plane import (
     CLEARANCE,
@@ -22,6 +22,7 @@ from validation.rooms.plane import (
     rooms_of,
     rooms_with_discs,
 )
+from validation.studies import columns
 
 NOISY = 0.05  # k of section 6.1
 
@@ -189,3 +190,11 @@ def test_a_full_room(refuses):
     """A room with no place left for its lights says so."""
     with refuses("no free place for 40 lights"):
         rooms_of(Outline.polygon([[0, 0], [1, 0], [1, 0.13], [0, 0.13]]), 40, count=1)
+
+
+def test_error_is_the_mean_of_squares():
+    """Section 6.1's measure of B: of no lights, the mean square of B; of the true ones, nothing."""
+    room, q = columns.observed("noiseless-3-000")
+    none = PointLights(np.zeros((0, 3)), np.zeros((0, 1)))
+    assert columns.error(q, none) == pytest.approx(np.square(q.radiance).mean())
+    assert columns.error(q, room.lights) < 1e-9 * columns.error(q, none)

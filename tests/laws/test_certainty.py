@@ -7,7 +7,7 @@ import pytest
 
 from lightloc import Lambert, Observations, Options, PointLights, cramer_rao, radiance
 from lightloc.fit.criterion import Criterion
-from lightloc.fit.information import TOLD_APART, covariance, resolution
+from lightloc.fit.information import TOLD_APART, covariance, inseparable, resolution
 from lightloc.fit.levenberg import Descents, descend
 from lightloc.fit.problem import Problem
 from lightloc.search.polish import sharpened
@@ -132,3 +132,12 @@ def test_covariance_is_that_of_repeated_fits():
         errors.append(np.concatenate(found) - truth)
     z2 = np.einsum("ti,ij,tj->t", errors, np.linalg.inv(spread), errors) / len(truth)
     assert abs(z2.mean() - 1) < 3 * np.sqrt(2 / (80 * len(truth))) + 0.02  # 1 % for Cauchy's loss
+
+
+def test_pairs_nearer_than_their_joint_error_are_inseparable():
+    """Errors of 0.3 and 0.4 m add up to 0.5 m: two lights are told apart from twice that on."""
+    error = np.array([[0.3, 0, 0], [0, 0.24, 0.32], [0, 0, 0]])
+    far = [50.0, 0, 0]
+    for apart, pairs in ((0.99, ((0, 1),)), (1.01, ())):
+        lights = PointLights([[0, 0, 0], [0, apart, 0], far], np.ones(3))
+        assert inseparable(lights, error) == pairs

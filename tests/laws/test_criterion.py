@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lightloc import Lambert, Observations, Options, PointLights
-from lightloc.fit.criterion import ESTIMATED, FEW, Criterion, Likelihood
+from lightloc.fit.criterion import ESTIMATED, FEW, LUCK, Criterion, Likelihood
 from lightloc.fit.loss import robust
 from lightloc.fit.problem import Fit, Problem
 
@@ -87,3 +87,27 @@ def test_a_likelihood_is_a_value(problem):
     z[: round(0.5 * FEW * N)] = WILD
     assert CRITERION.is_explained(problem, fit(z))
     assert not strict.is_explained(problem, fit(z))
+
+
+@pytest.mark.parametrize("channels", [1, 3])
+def test_a_light_has_a_price_for_each_of_its_unknowns(channels, problem):
+    """Three coordinates and an intensity a channel; in the plane one coordinate less."""
+    colours = np.ones((N, channels))
+    flat = np.array([[0.0, 0, 0], [1, 1, 0]])
+    for bounds, axes in ((problem.bounds, 3), (flat, 2)):
+        posed = Problem(problem.surfels, colours, colours, None, bounds)
+        assert CRITERION.price(posed) == CRITERION.significant * (axes + channels)
+
+
+def test_what_noise_explains_ends_at_deviations_of_chi_square(problem):
+    """Chi-square of n residuals has mean n and deviation sqrt(2 n); so many of these are noise."""
+    deviation, black = np.sqrt(2 * N), PointLights([[0.0, 0, 0]], [0.0])
+    for ask, most in (
+        (CRITERION.is_explained, CRITERION.unlikely),
+        (CRITERION.is_clean, CRITERION.unlikely),
+        (CRITERION.is_likely, LUCK),
+    ):
+        for step, said in ((-0.1, True), (0.1, False)):
+            cost = N + (most + step) * deviation
+            z = np.full((N, 1), np.sqrt(cost / N))  # none is wild, so that none is left out
+            assert ask(problem, Fit(black, z, cost)) is said

@@ -31,10 +31,11 @@ from lightloc.brdf.models import Bounded, evaluate
 from lightloc.brdf.parameters import channels_last
 from lightloc.fields import field as fields
 from lightloc.fields import limiters
-from lightloc.fields.clusters import ROUNDING, SLACK, Clusters, Volumes, bound, kd_order, row
+from lightloc.fields.clusters import LEAF, ROUNDING, SLACK, Clusters, Volumes, bound, kd_order, row
 from lightloc.fields.field import RUN, Field, ever_coarser
 from lightloc.fields.ranking import NO_LIMITER
 from lightloc.optics.kernel import surfels, unoccluded
+from lightloc.search.ground import morton
 
 SIDE = 4.0  # metres
 WALL = 400  # observations on each wall of a room
@@ -335,3 +336,36 @@ def test_coarser_grids_end(monkeypatch):
     monkeypatch.setattr(fields, "FEW_PAIRS", 1e6)
     shapes = [g.shape for g in ever_coarser(Grid([0] * 3, [1, 0, 0], (9000, 1, 1)), 1000)]
     assert shapes == [(9000, 1, 1), (1125, 1, 1), (141, 1, 1)]
+
+
+def test_bound_on_slanted_triangles(rng):
+    """The same for walls that stand askew, in threes of corners: the centres of such clusters'
+    boxes lie before their walls or behind them, by up to a third of their size."""
+    m = 200
+    corners = rng.uniform(0, SIDE, (m, 3, 3))
+    share = rng.dirichlet(np.ones(3), (m, LEAF))
+    n = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    n /= np.linalg.norm(n, axis=1, keepdims=True)
+    q = Observations(
+        positions=(share @ corners).reshape(-1, 3),
+        normals=np.repeat(n, LEAF, axis=0),
+        directions=np.repeat(n, LEAF, axis=0),
+        radiance=rng.uniform(0.5, 1.5, (m * LEAF, 1)),
+        material=MATERIALS["lambert"],
+    )
+    volumes = Volumes.around(np.arange(m + 1) * LEAF, q.positions, q.normals, 2 * SIDE)
+    which = rng.integers(0, m, PAIRS)
+    p = rng.uniform(-0.5, SIDE + 0.5, (PAIRS, 3))
+    reached = ranks(q, which * LEAF + rng.integers(0, LEAF, PAIRS), p)
+    assert (reached > 0).any()
+    assert (reached <= bounds(volumes, shares(q), which, p, 0 * p)).all()
+
+
+def test_morton_order(rng):
+    """Octant by octant, and in each of these octant by octant again."""
+    x = rng.uniform(size=(2000, 3))
+    x[:2] = [[0.0] * 3, [1.0] * 3]
+    x = x[morton(x)]
+    octant, inner = ((np.floor(m * x * (1 - 1e-3)) % 2) @ [1, 2, 4] for m in (2, 4))
+    clear = (np.abs(x * 4 - np.rint(x * 4)) > 0.01).all(axis=1)  # a cell is a thousandth
+    assert (np.diff((8 * octant + inner)[clear]) >= 0).all()

@@ -7,7 +7,20 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import render
-from lightloc import Mixed, Observations, PointLights, radiance, shading
+from lightloc import (
+    Mixed,
+    Observations,
+    Options,
+    Outline,
+    PointLights,
+    localize,
+    radiance,
+    shading,
+)
+from lightloc.fit import SETTLED, Criterion
+from lightloc.plane import Loop
+from lightloc.search.ground import Ground
+from validation.rooms.plane import rooms, rooms_with_discs
 
 LIGHT = np.array([0.4, -0.3, 1.1])
 LIGHTS = PointLights([LIGHT, [-1.2, 0.8, 0.4], [1.6, 1.5, -0.7]], [5.0, 2.0, 7.0])
@@ -93,3 +106,43 @@ def test_order_of_observations(sample, facing, rng):
     shuffled = replace(q, material=material, **{name: getattr(q, name)[order] for name in rows})
     S = shading(q, LIGHTS.positions)
     np.testing.assert_array_equal(shading(shuffled, LIGHTS.positions), S[order])
+
+
+@pytest.mark.parametrize(("discs", "scale"), [(0, 2.0**-6), (0, 2.0**7), (2, 2.0**7)])
+def test_an_answer_has_no_unit_of_length(discs, scale):
+    """The lights of a room s times as large are found s times as far apart, and as sure.
+
+    What a search compares with a length is a share of the room's, so that the answers have the
+    same reason and verdicts. They agree as far as a polish goes: it ends where chi-square, 1 a
+    residual, falls by less than `SETTLED` of itself, which is that many standard errors squared.
+    Only shadow rays begin off their surface by a length, as Mitsuba's do; no small room has discs.
+    """
+    room = rooms_with_discs(discs, 3, count=1)[0] if discs else rooms(3, count=1)[0]
+    q = room.observe(noise=0.03)
+    walls, *pillars = (Loop(scale * loop.vertices, loop.bulges) for loop in room.outline.loops)
+    geometry = Outline(walls, tuple(pillars)) if discs else None
+    here, there = localize(q, room.geometry), localize(moved(q, np.eye(3), 0, scale), geometry)
+    said = [[(v.kind, v.lights) for v in found.verdicts] for found in (here, there)]
+    assert said[0] == said[1]
+    assert there.reason is here.reason
+    still = np.sqrt(SETTLED[0] * len(q))
+    off = np.abs(there.lights.positions / scale - here.lights.positions)
+    assert (off <= still * here.position_error).all()
+    brighter = np.abs(there.lights.intensities / scale**2 - here.lights.intensities)
+    assert (brighter <= still * here.intensity_error).all()
+    np.testing.assert_allclose(there.position_error / scale, here.position_error, rtol=1e-3)
+    np.testing.assert_allclose(there.resolution / scale, here.resolution, rtol=1e-3)
+
+
+def test_a_search_sees_soft_shadows_by_a_share_of_the_room():
+    """The edges that a search widens are as wide in a hall, beside its walls, as in a chamber."""
+    room, o = rooms_with_discs(2, 3, count=1)[0], Options()
+    walls, *pillars = (Loop(128 * loop.vertices, loop.bulges) for loop in room.outline.loops)
+    q, blurs = room.observe(noise=0.03), []
+    for seen, geometry in (
+        (q, room.outline),
+        (moved(q, np.eye(3), 0, 128.0), Outline(walls, tuple(pillars))),
+    ):
+        ground = Ground.of(seen, geometry, seen.bounds, o, 0)
+        blurs.append(ground.view(ground.whole, o, Criterion.of(o)).through(0.02, 0.005).blur)
+    assert 0 < 128 * blurs[0] == blurs[1]

@@ -88,3 +88,24 @@ def test_sigma_is_estimated():
     told = localize(q)
     np.testing.assert_allclose(ten.lights.positions, told.lights.positions, atol=0.01)
     np.testing.assert_allclose(np.median(ten.sigma / q.sigma), 1, rtol=0.2)
+
+
+def test_level_counts_what_was_fitted(rng):
+    """Of residuals that half as many parameters were fitted to, the level is still sigma's.
+
+    The median of n residuals tells sigma to 1.17 / sqrt(n), three of which are allowed; without
+    the degrees of freedom it would be off by a factor of sqrt(2).
+    """
+    n, fitted = 2000, 1000
+    basis, _ = np.linalg.qr(rng.normal(size=(n, fitted)))
+    z = 3 * rng.normal(size=n)
+    left = z - basis @ (basis.T @ z)
+    assert level_of(left, fitted) == pytest.approx(3, rel=3 * 1.17 / np.sqrt(n))
+    assert level_of(left) < 0.8 * level_of(left, fitted)
+
+
+def test_errors_of_the_model_add_up_in_squares(q):
+    """The sensor's error and the arithmetic's are independent: 3 % and 4 % of B are 5 %."""
+    B = q.radiance
+    sigma = working_sigma(q.with_radiance(B, 0.03 * B), Options(relative=0.04, absolute=0.0))
+    np.testing.assert_allclose(sigma, 0.05 * B, rtol=1e-12)

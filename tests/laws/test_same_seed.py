@@ -12,7 +12,9 @@ import pytest
 
 import lightloc
 import render
+from lightloc.search.ground import Ground
 from render.variant import use_mitsuba
+from validation.rooms.plane import rooms
 
 CHILD = """
 import hashlib, pathlib, sys
@@ -114,3 +116,12 @@ def test_another_seed_is_another_sample(room, tmp_path):
     one, other = observe(room), observe(room, seed=8)
     assert digest(one, tmp_path / "1.npz") != digest(other, tmp_path / "2.npz")
     assert (one.positions != other.positions).any()
+
+
+def test_another_seed_is_another_sample_of_the_observations():
+    """What a search looks at first is drawn by its seed, and by nothing else."""
+    q, o = rooms(2, count=1)[0].observe(300), lightloc.Options(sample=200)
+    one, again, other = (Ground.of(q, None, q.bounds, o, seed).some for seed in (1, 1, 2))
+    np.testing.assert_array_equal(one, again)
+    assert set(one.tolist()) != set(other.tolist())
+    assert len(set(other.tolist())) == 200

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import nnls
@@ -12,7 +14,7 @@ from lightloc.fit.criterion import Criterion
 from lightloc.fit.information import covariance, jacobian
 from lightloc.fit.levenberg import Descents
 from lightloc.fit.problem import Fit, Problem, intensities, no_lights, nonnegative, residuals
-from lightloc.search.moves import are_needed
+from lightloc.search.moves import are_needed, without_one
 from lightloc.search.polish import pruned, sharpened
 
 LIGHTS = PointLights([[0.4, -0.3, 0.9], [-1.0, 0.9, 0.2]], [5.0, 2.0])
@@ -239,3 +241,26 @@ def test_least_squares_where_the_active_set_goes_in_circles(room, monkeypatch):
     assert (found >= 0).all()
     assert np.linalg.norm(A @ found - b) < left + 1e-5 * np.linalg.norm(b)
     assert asked == [len(b)]
+
+
+def test_some_of_the_rows_keep_their_ambient_light(room):
+    """What a sample leaves to the ambient term is what the same rows of the whole leave to it."""
+    problem = replace(posed(room, LIGHTS), ambient=room.material.albedo)
+    some = np.array([3, 200, 17, 90, 91, 5])
+    part = problem.rows_of(some)
+    np.testing.assert_array_equal(part.ambient, room.material.albedo[some])
+    alone = (problem.ambient / problem.sigma)[some]
+    np.testing.assert_allclose(part.without_ambient(0.3 * alone), 0, atol=1e-12 * alone.max())
+
+
+def test_two_lights_are_joined_where_they_balance(room):
+    """Of a bright and a faint light 0.5 m apart, a hypothesis has the sum where they balance."""
+    p, I = np.array([[0.4, -0.3, 0.9], [0.9, -0.3, 0.9], [-1.0, 0.9, 0.2]]), [[3.0], [1.0], [2.0]]
+    fewer = without_one(posed(room, LIGHTS), Descents.at(PointLights(p, I)), SCALE)
+    assert fewer.positions.shape[1] == 2
+    sums = fewer.intensities[:, :, 0].sum(axis=1)
+    (joined,) = np.flatnonzero(np.isclose(sums, 6.0))
+    bright = np.argmax(fewer.intensities[joined, :, 0])
+    assert fewer.intensities[joined, bright, 0] == pytest.approx(4.0)
+    np.testing.assert_allclose(fewer.positions[joined, bright], [0.525, -0.3, 0.9])
+    assert (sums < 6.0).any()  # others have one dropped

@@ -63,3 +63,20 @@ def test_direct_light_is_exact(load):
     q = render.observe(load("box_mixed"), points=64, seed=1, transport="direct")
     assert not q.sigma.any()
     assert not q.interreflected
+
+
+def test_the_error_of_two_samples_is_not_too_small(load):
+    """With two samples a point, what another seed changes is as large as both errors say.
+
+    A mean of squares is known to the standard error of that mean, four of which are allowed;
+    divided by the samples, and not by one fewer, the errors' squares would be half as large.
+    """
+    room = load("box_mixed")
+    q = render.observe(room, points=POINTS, spp=2, seed=1, transport="full")
+    one, other = (render.remeasure(room, q, spp=2, seed=seed) for seed in (2, 3))
+    changed = np.square(one.radiance - other.radiance)
+    stated = np.square(one.sigma) + np.square(other.sigma)
+    off = changed.mean() / stated.mean() - 1
+    known = changed.std() / np.sqrt(POINTS) / stated.mean()
+    assert known < 0.1
+    assert abs(off) < LIMIT * known

@@ -16,6 +16,8 @@ from lightloc import (
     localize,
     radiance,
 )
+from lightloc.answer.verdicts import clusters, too_few, uncertain
+from lightloc.fit import Bound, Problem
 from validation.rooms.plane import rooms
 
 
@@ -159,3 +161,47 @@ def test_the_most_lights():
     assert found.reason is Reason.MOST_LIGHTS
     assert len(found.lights) == 2
     assert found.certificate > 10
+
+
+SIZE = 4.0  # metres: what is a share of a length must not be taken for metres
+O = Options()
+
+
+def empty(lit: int, channels: int = 1) -> Problem:
+    """A room 4 m wide, of so many lit observations and forty that are dark."""
+    n = lit + 40
+    x = np.random.default_rng(0).uniform(0, SIZE, (n, 3))
+    x[:2] = np.array([[0.0], [SIZE]])
+    up = np.tile([0.0, 0.0, 1.0], (n, 1))
+    B = np.zeros((n, channels))
+    B.ravel()[: lit * channels] = 1.0
+    q = Observations(positions=x, normals=up, directions=up, radiance=B, material=Lambert(0.5))
+    return Problem.of(q, np.ones_like(B), None, q.bounds)
+
+
+@pytest.mark.parametrize("channels", [1, 3])
+def test_as_many_lit_observations_as_unknowns_are_too_few(channels):
+    """Three coordinates and an intensity a channel for each of three lights, and one more."""
+    lights = PointLights(np.ones((3, 3)), np.ones((3, channels)))
+    unknowns = 3 * (3 + channels)
+    lit = unknowns // channels  # observations; each counts once a channel
+    assert [v.kind for v in too_few(empty(lit, channels), lights)] == [Kind.TOO_FEW]
+    assert not too_few(empty(lit + 1, channels), lights)
+
+
+@pytest.mark.parametrize(("share", "said"), [(0.98, False), (1.02, True)])
+def test_a_light_is_uncertain_from_its_limits_on(share, said):
+    """A 95 % interval of its place, of the room's size, or of its brightness: either is enough."""
+    lights = PointLights([[1.0, 1, 1]], [2.0])
+    wide = share * O.sure_position * SIZE / 1.96
+    loud = share * O.sure_intensity * 2.0 / 1.96
+    for place, bright in ((wide, 0.0), (0.0, loud)):
+        errors = Bound(place * np.array([[0.6, 0, 0.8]]), np.array([[bright]]), np.zeros((4, 4)))
+        assert bool(uncertain(empty(9), lights, errors, O)) is said
+
+
+@pytest.mark.parametrize(("share", "said"), [(0.98, False), (1.02, True)])
+def test_a_light_may_be_several_from_a_share_of_the_room_on(share, said):
+    """Not from so many metres on."""
+    apart = np.array([share * O.cluster * SIZE])
+    assert bool(clusters(empty(9), apart, (), O)) is said
