@@ -1,7 +1,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: help setup report table1 studies docs lint test-fast test test-long mutants bench lock clean
+.PHONY: help setup report table1 studies docs lint test-fast test test-long test-all mutants bench lock clean
 
 help:  ## list the targets
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
@@ -43,6 +43,9 @@ test: lint  ## all that CI runs: in ten minutes
 
 test-long: lint  ## the rest: the slowest recoveries
 	$(PYTEST) -m long
+
+test-all: setup  ## the fast tests on Python 3.11 to 3.13, with the oldest and the newest libraries
+	$(BIN)/tox
 
 mutants: setup  ## break our own code in 137 ways; each must fail a test
 	$(BIN)/python tests/mutants/run.py

@@ -25,6 +25,7 @@ from lightloc.backend import one_blas_thread
 from lightloc.fit import batched
 from lightloc.fit.batched import MARGIN, Unknown
 from lightloc.fit.levenberg import Descents, damped_steps, descend
+from lightloc.fit.loss import cauchy
 from lightloc.fit.problem import Problem
 from validation.rooms.plane import CLEARANCE, PlaneRoom, rooms
 from validation.studies.columns import LOW_ERROR
@@ -440,7 +441,7 @@ def held(model: batched.Model, place: batched.Place, x: np.ndarray, loss: np.nda
     positions, intensities = model.lights(x)
     S, _ = batched.slopes(model.problem.surfels, positions.reshape(-1, 3), model.problem.axes)
     lit = S.reshape(*place.seen.shape) * place.seen * intensities / model.problem.sigma[:, 0]
-    return batched.cauchy(model.left(lit, 0), loss)[0]
+    return cauchy(model.left(lit, 0), loss[:, None])[0].sum(axis=1)
 
 
 @pytest.mark.parametrize("blur", [0.0, 0.05])
