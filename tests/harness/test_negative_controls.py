@@ -124,7 +124,7 @@ def test_rerender_tells_wrong_lights(load):
     p, intensity = room.lights.positions, room.lights.intensities
     shift, tenth = np.array([[0.1, 0, 0], [0, 0, 0]]), np.array([[1.1], [1.0]])
     spread = {
-        name: rerender(case, room, seen, lights)["z_std"]
+        name: rerender(case, room, seen, lights).z_std
         for name, lights in (
             ("true", room.lights),
             ("moved", PointLights(p + shift, intensity)),

@@ -226,8 +226,8 @@ def test_a_stale_result_is_made_again(quick, tmp_path):
     assert second["one"] == first["one"]
     assert second["two"] != first["two"]
     file = tmp_path / "run" / "scenes.jsonl"
-    of_one, of_two = (e.fingerprint for e in list(every(file.parent))[:2])
-    file.write_text(file.read_text().replace(of_one, of_two))
+    of = {ended.name: ended.fingerprint for ended in every(file.parent)}
+    file.write_text(file.read_text().replace(of["one"], of["two"]))
     _, third = quick(rows("one") + rows("two", seed=1))
     assert third["one"] != second["one"]
     assert third["two"] == second["two"]

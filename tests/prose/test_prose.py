@@ -128,7 +128,7 @@ SHELL = [(page, c) for page in PAGES for b in blocks(page, "console") for c in c
 def test_python_blocks(page, monkeypatch):
     """A page's Python blocks run, in order, from the project's root."""
     monkeypatch.chdir(ROOT)
-    space: dict = {"__name__": page.stem}
+    space: dict = {"__name__": "__main__"}  # a dataclass looks for its module
     for number, block in enumerate(blocks(page, "python"), start=1):
         exec(compile(block, f"{page.name}, Python block {number}", "exec"), space)
 
