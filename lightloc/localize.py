@@ -37,22 +37,22 @@ def localize(
         geometry: what occludes; None where nothing does.
         method: "search", ours, or "paper", the published one, which takes one channel.
         bounds: (2, 3) corners of the region that may hold lights, metres; the observations'
-            bounding box where None.
-        options: the method's defaults, replaced: `Options`, or `Paper` for "paper".
-        surface: distances along the observed surface, which only "paper" asks for; along the
-            walls of a 2D scene, else shortest paths over neighbouring observations, where None.
+            bounding box where None, which has no height where all lie in one plane, as on a floor.
+        options: settings of the method: `Options`, or `Paper` for "paper".
+        surface: distances along the observed surface, used only by "paper". Where None: along the
+            walls of a 2D scene, else shortest paths over neighbouring observations.
         indirect: the interreflected light of a light of intensity 1 at each of (k, 3) positions,
-            and its standard error, each (n, k, c), as `render.interreflected` gives it. Then what
-            the found lights bring by way of the surfaces is subtracted, and searched again until
+            and its standard error, each (n, k, c), as `render.interreflected` gives it. Then the
+            indirect light of the lights found is subtracted, and the search repeated, until
             nothing changes: that holds for any BRDF, where footnote 1 asks for largely diffuse
             rooms.
-        seed: of the sample of observations and of the gathering rays.
-        watch: is told each step of the search as it is done.
+        seed: for the sample of observations and the gathering rays.
+        watch: called with each step of the search.
 
     Raises:
-        ValueError: the bounds are not a box, the method is neither of the two or its options are
-            the other's, the paper's is given colours, or interreflected light is to be removed
-            and there is no geometry to gather it with.
+        ValueError: the bounds are not a box, the method is neither of the two or its options
+            belong to the other, "paper" is given RGB radiance, or interreflected light is to be
+            removed and there is no geometry to gather it with.
 
     >>> import numpy as np
     >>> from lightloc import Lambert, PointLights, radiance
@@ -101,9 +101,9 @@ def without_indirect(
     def search(rest: Observations, start: PointLights | None) -> Localization:
         if start:
             return searched(rest, ground, o, Criterion.of(o), watch, start)
-        # what footnote 1 leaves is no error of the model: rendered light will tell more
+        # what footnote 1 leaves does not show a wrong model yet: rendered light will tell
         found = searched(rest, ground, o, removed, watch, rough=True)
-        # a guess of darkness is no answer
+        # finding no light at this rough stage is no answer
         return found if len(found.lights) else searched(rest, ground, o, removed, watch)
 
     def certificate(problem: Problem, fit: Fit) -> float:
@@ -116,7 +116,7 @@ METHODS: dict[str, type[Options] | type[Paper]] = {"search": Options, "paper": P
 
 
 SILENT = 0.03
-"""Chi-square a residual of exact observations: float32's own, measured."""
+"""Chi-square per residual that float32's rounding leaves in exact observations (measured)."""
 
 
 def searched(
@@ -130,7 +130,7 @@ def searched(
 ) -> Localization:
     """Ours: climb to a set of lights over some observations, then settle it over all.
 
-    A ``rough`` answer is to be searched on from: neither settled nor judged.
+    A ``rough`` answer is only a starting point for a further search.
     """
     exact = is_exact(q) and o.noise == "given"
     whole = replace(ground.whole, radiance=q.radiance, sigma=working_sigma(q, o))
@@ -141,7 +141,7 @@ def searched(
     if exact and len(ladder.best):
         ladder, whole = emptied(ladder, whole)
     if o.noise == "given" and not criterion.is_clean(view.tight, ladder.best):
-        # an error of the model is shared by neighbours too
+        # the errors of a wrong model are correlated between neighbours
         ladder = replace(ladder, view=replace(view, criterion=criterion.doubting()))
     best, whole = settled(whole, ladder)
     last = Step("polish on all observations", len(best), best.cost / whole.rows)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.metadata
 import os
 import sys
+import traceback
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -165,7 +166,7 @@ def validate_command(
     if case:
         unknown = set(case) - {row.name for row in rows}
         if unknown:
-            raise ValueError(f"{suite}: has no case '{sorted(unknown)[0]}'")
+            raise ValueError(f"--case {sorted(unknown)[0]}: no such case in {suite}; see --dry-run")
         rows = [row for row in rows if row.name in case]
     if dry_run:
         for row in rows:
@@ -223,7 +224,9 @@ def main() -> None:
         sys.exit(app(sys.argv[1:] or ["--help"], standalone_mode=False))
     except Exception as error:
         said = sentence(error)
-        if said is None or os.environ.get("LIGHTLOC_DEBUG"):
+        if said is None:
             raise
+        if os.environ.get("LIGHTLOC_DEBUG"):
+            traceback.print_exc()
         print(f"lightloc: {said}", file=sys.stderr)
         sys.exit(BAD_INPUT)

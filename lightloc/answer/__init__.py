@@ -12,8 +12,8 @@ For other rooms, in pipeline order:
 - `spread_out`: lights that have a width.
 - `unexplained`: what is left is more than noise.
 - `Localization`: the whole answer.
-- `MARGIN`: standard errors on top of B before D bounds an intensity.
-- `localization`: an answer from a fit.
+- `MARGIN`: standard errors added to B when computing the bound D.
+- `localization`: builds a `Localization` from a fit.
 - `judged`: an answer with the verdicts that follow from its errors.
 """
 

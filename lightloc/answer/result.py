@@ -16,13 +16,13 @@ class Reason(Enum):
     """Why a search stopped; the value is the sentence that a user reads."""
 
     CONVERGED = "The lights explain every observation to within its error."
-    UNDECIDED = "What was found explains every observation, but the data can't decide all of it."
+    UNDECIDED = "The observations can't decide all that was asked; the verdicts say what."
     EXTENDED = (
         "Every observation is explained, by lights of which one is wide, or several close together."
     )
     NO_GAIN = "The model does not explain the data: a residual is left that no light lowers."
     MOST_LIGHTS = "The largest number of lights allowed was reached, and a residual is left."
-    DARK = "Nothing is lit: no light explains these observations better than darkness."
+    DARK = "No light explains these observations better than darkness, which explains them."
     DARKER = "The published method failed: brighter lights would leave less than no light (B' < 0)."
     NO_VOTES = "The published method failed: no position has a vote."
 

@@ -156,6 +156,12 @@ def hidden(
     Args:
         dark: (g,) whether a light in the cell would reach no observation.
     """
+    if dark.all():
+        said = (
+            "No position in the region lights any observation; bounds may have to include the "
+            "space in front of the surfaces."
+        )
+        return [Verdict(Kind.HIDDEN, (), said)]
     if geometry is None or not dark.any():
         return []
     points = grid.points

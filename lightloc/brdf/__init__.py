@@ -8,11 +8,11 @@ For other rooms, in pipeline order:
 - `Plastic`: a rough dielectric coat over a diffuse base.
 - `Mixed`: a different material at each observation.
 - `is_brdf`: whether a value is such a material.
-- `Scatter`: a material bound to a kernel: f (n . l)+ of an observation's index.
-- `Slope`: the same with its derivative in l.
+- `Scatter`: f (n . l)+ as a function of the observation's index and directions.
+- `Slope`: S without visibility, and its derivative, as a function of the same.
 - `Sloped`: a material that has the derivative in closed form.
 - `Bounded`: a material that says what f (n . l)+ is at most.
-- `Ceiling`: that bound, two numbers an observation.
+- `Ceiling`: that bound, two numbers per observation.
 - `channels_last`: a kernel's result as a NumPy array with the channels last.
 """
 

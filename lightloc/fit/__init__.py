@@ -11,7 +11,7 @@ For other rooms, in pipeline order:
 - `Problem`: what is fitted: B, its errors, the geometry and the region.
 - `Fit`: lights with the residual that they leave.
 - `no_lights`: the fit of darkness.
-- `fit_of`: the fit of lights as they are.
+- `fit_of`: the fit of given lights, not moved.
 - `residuals`: (B - model) / sigma.
 - `whitened`: the columns of what is linear: S / sigma and the ambient term.
 - `nonnegative`: least squares with x >= 0.
@@ -20,7 +20,7 @@ For other rooms, in pipeline order:
 - `Unknown`: what stands for an intensity among the unknowns.
 - `Tie`: lights that move together.
 - `Indirect`: indirect light that is held while lights move.
-- `Descents`: many hypotheses at once.
+- `Descents`: several hypotheses, refined together.
 - `descend`: Levenberg-Marquardt from all of them (section 5.2).
 - `normal_equations`: J^T W J at one of them.
 - `FIRST_DAMPING`: a first damping for starts from anywhere.
@@ -30,8 +30,8 @@ For other rooms, in pipeline order:
 - `jacobian`: derivatives of the model over sigma.
 - `covariance_of`: the covariance that follows from them.
 - `Bound`: the least standard errors of any unbiased estimate.
-- `cramer_rao`: these at given lights.
-- `bound_at`: the same of a problem.
+- `cramer_rao`: that bound for given lights.
+- `bound_at`: that bound for a `Problem`.
 - `inseparable`: pairs of lights that can't be told apart.
 - `resolution`: how near two lights may be and still look like one.
 - `Likelihood`: how probable residuals are.

@@ -149,7 +149,7 @@ class Observations:
         except UNREADABLE:
             raise ValueError(f"{path}: not an observations file (.npz)") from None
         if str(keys.get("format")) != FORMAT:
-            raise ValueError(f"{path}: format is {keys.get('format')}; expected {FORMAT}")
+            raise ValueError(f"{path}: no observations file; expected the format {FORMAT}")
         try:
             return Observations(
                 positions=keys["positions"],

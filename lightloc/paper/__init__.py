@@ -10,16 +10,16 @@ For other rooms, in pipeline order:
 - `Votes`: V(p) over a grid and its peaks.
 - `vote`: V(p) of Eq. 8.
 - `Paper`: the method's parameters.
-- `LOWERING_OF_NOISE`: what noise changes of them.
-- `RADIUS_OF_NOISE`: the same for the radius of the votes.
-- `State`: what a step has come to.
+- `LOWERING_OF_NOISE`: the lowering of H, without noise and with it.
+- `RADIUS_OF_NOISE`: the radius of the votes, without noise and with it.
+- `State`: the state after a step.
 - `grid_over`: the grid that is voted over.
 - `rendered`: S of the grid's positions.
 - `votes_of`: the votes of several radiances.
 - `peaks_of`: the peaks that count.
 - `optimize`: intensities, then Levenberg-Marquardt (section 5.2).
 - `iterate`: section 5, step by step.
-- `published`: the same to its end, as an answer.
+- `published`: runs it to its end and returns an answer.
 """
 
 from lightloc.paper.method import published

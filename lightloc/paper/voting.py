@@ -70,7 +70,7 @@ class Votes:
 def vote(
     grid: Grid, limiters: ArrayLike, surface: Surface, threshold: float, radius: int = 1
 ) -> Votes:
-    """V(p) of Eq. 8 from the limiter field, as sections 4.3 and 4.4 compute it.
+    """The votes V(p) of Eq. 8, from the limiter field by the formulas of sections 4.3 and 4.4.
 
     Args:
         grid: where L was computed; one cell deep for a 2D scene.

@@ -2,12 +2,12 @@
 
 For other rooms, in pipeline order:
 
-- `Ground`: the sample of observations and the grid, whatever B is.
+- `Ground`: the sample of observations and the grid, independent of B.
 - `Ladder`: the best fit of each count of lights so far.
 - `climbed`: adds lights, one by one.
-- `resumed`: goes on from lights.
+- `resumed`: continues from given lights.
 - `emptied`: exchanges lights until exact data leave nothing.
-- `settled`: the last word over all observations.
+- `settled`: the final refinement on all observations.
 - `concluded`: the search's answer.
 - `sharpened`: refines one hypothesis to its end.
 """

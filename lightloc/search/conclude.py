@@ -43,12 +43,14 @@ def concluded(
         *hidden(view.dictionary.grid, view.dictionary.unseen, problem.geometry, problem.axes),
         *spread_out(wide.width),
     ]
-    if not len(lights):
-        few = any(verdict.kind is Kind.TOO_FEW for verdict in verdicts)
-        reason = Reason.UNDECIDED if few else Reason.DARK
+    few = any(verdict.kind is Kind.TOO_FEW for verdict in verdicts)
+    if not len(lights) and few:
+        reason = Reason.UNDECIDED
     elif not criterion.is_explained(problem, fit):
         reason = Reason.MOST_LIGHTS if count >= o.most_lights else Reason.NO_GAIN
         verdicts.insert(0, unexplained(fit, problem))
+    elif not len(lights):
+        reason = Reason.DARK
     else:
         reason = Reason.EXTENDED if wide.width.any() else Reason.CONVERGED
     found = localization(

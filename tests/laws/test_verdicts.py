@@ -205,3 +205,25 @@ def test_a_light_may_be_several_from_a_share_of_the_room_on(share, said):
     """Not from so many metres on."""
     apart = np.array([share * O.cluster * SIZE])
     assert bool(clusters(empty(9), apart, (), O)) is said
+
+
+def test_a_lit_scene_is_never_called_dark():
+    """A floor whose own box has no height: nothing in it lights the floor, and the answer says so.
+
+    The control: nothing is lit, and darkness explains it.
+    """
+    rng = np.random.default_rng(0)
+    floor = rng.uniform(-2, 2, (300, 3)) * [1, 1, 0]
+    up = np.tile([0.0, 0.0, 1.0], (300, 1))
+    dark = Observations(
+        positions=floor,
+        normals=up,
+        directions=up,
+        radiance=np.zeros(300),
+        material=Lambert(albedo=0.5),
+    )
+    B = radiance(dark, PointLights([[0.5, -0.3, 1.2]], [10.0]))
+    found = localize(dark.with_radiance(B, 0.01 * B))
+    assert found.reason is Reason.NO_GAIN and not len(found.lights)
+    assert {Kind.UNEXPLAINED, Kind.HIDDEN} <= kinds(found)
+    assert localize(dark.with_radiance(0 * B, 0.01 * B)).reason is Reason.DARK

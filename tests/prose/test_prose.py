@@ -12,6 +12,7 @@ import ast
 import doctest
 import functools
 import importlib
+import os
 import pkgutil
 import re
 import shlex
@@ -125,12 +126,19 @@ SHELL = [(page, c) for page in PAGES for b in blocks(page, "console") for c in c
 
 
 @pytest.mark.parametrize("page", WITH_PYTHON, ids=lambda page: page.name)
-def test_python_blocks(page, monkeypatch):
-    """A page's Python blocks run, in order, from the project's root."""
-    monkeypatch.chdir(ROOT)
-    space: dict = {"__name__": "__main__"}  # a dataclass looks for its module
-    for number, block in enumerate(blocks(page, "python"), start=1):
-        exec(compile(block, f"{page.name}, Python block {number}", "exec"), space)
+def test_python_blocks(page, tmp_path):
+    """A page's Python blocks run, in order, in a process of their own at the project's root."""
+    script = tmp_path / "page.py"
+    script.write_text("\n".join(blocks(page, "python")))
+    done = subprocess.run(
+        [sys.executable, str(script)],
+        cwd=ROOT,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        timeout=RUNS_FOR,
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
 
 
 @pytest.fixture(scope="module")

@@ -1,1 +1,1 @@
-"""The commands of `lightloc`, a file each, and what they share."""
+"""The commands of `lightloc`, one file each, and what they share."""

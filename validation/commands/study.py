@@ -23,20 +23,23 @@ FILES = ("scenes.jsonl", "study.md", "study.json", "index.html")
 def study_command(
     name: Annotated[list[str], typer.Argument(help=f"One or more of {', '.join(NAMES)}.")],
     out: Annotated[
-        Path, typer.Option("--out", "-o", help="Folder of the results, one in it a study.")
+        Path,
+        typer.Option("--out", "-o", help="Folder for the results, one subfolder per study."),
     ] = Path("studies"),
     scenes: Annotated[
-        int | None, typer.Option(min=1, max=100, help="Scenes per row; the study's own without it.")
+        int | None,
+        typer.Option(min=1, max=100, help="Scenes per row; by default the study's own."),
     ] = None,
-    row: Annotated[list[str], typer.Option(help="Run this row only, as noisy-5.")] = [],  # noqa: B006
+    row: Annotated[list[str], typer.Option(help="Run this row only, e.g. noisy-5.")] = [],  # noqa: B006
     jobs: Annotated[int, typer.Option(min=0, help="Scenes at a time; 0: one per core.")] = 0,
     dask: Annotated[
-        str | None, typer.Option(help="A Dask scheduler to run on, as tcp://10.0.0.1:8786.")
+        str | None, typer.Option(help="A Dask scheduler to run on, e.g. tcp://10.0.0.1:8786.")
     ] = None,
 ) -> None:
-    """Run studies and draw them. Exits with 1 where a scene crashed; a missed goal is told.
+    """Run studies and draw them. Exits with 1 where a scene crashed; a missed goal is reported, and
+    no failure.
 
-    What has ended is kept: stopped or killed, the same command goes on.
+    Finished scenes are kept: after an interruption, the same command resumes.
 
     Example: lightloc study many --scenes 2
     """

@@ -8,14 +8,14 @@ For other rooms, in pipeline order:
 - `write_json`: the same of plain data.
 - `read_json`: one JSON object, or a sentence.
 - `made`: when, where and with what a result is made.
-- `Scene`: what runs a scene: a name in, a dataclass of plain values out.
+- `Scene`: the type of a function that runs a scene: a name in, a dataclass of plain values out.
 - `Ended`: a scene that has ended.
 - `FILE`: the name of the file that keeps them.
 - `row_of`: the row that a scene's name belongs to.
-- `every`: what a folder has, whatever code wrote it.
-- `read`: what it has of this code's scene.
+- `every`: all results in a folder, from any version of the code.
+- `read`: only the results of this version of the code.
 - `waiting`: the scenes that have no result yet.
-- `run`: runs these.
+- `run`: runs them.
 """
 
 from validation.jobs.disk import read_json, ready, write_bytes, write_json, write_text

@@ -2,13 +2,13 @@
 
 For other rooms, in pipeline order:
 
-- `RADIUS`: share of the diagonal within which a found light is a true one.
-- `Pair`: a true light and the found one that it is.
+- `RADIUS`: share of the diagonal within which a found light counts as a true one.
+- `Pair`: a true light and the found one matched to it.
 - `Comparison`: found lights and true ones, matched.
 - `compare`: matches them.
 - `Tolerance`: how near counts as found.
 - `is_solved`: whether all lights are found, and nothing else.
-- `within`: how often the best unbiased estimate would be within tolerances.
+- `within`: probability that the best unbiased estimate would be within tolerances.
 - `judge_sphere`: B itself, against the integrating sphere's closed form.
 """
 

@@ -4,13 +4,13 @@ For other rooms, in pipeline order:
 
 - `SQUARE`: the corners of the square room.
 - `SAMPLES`: observations of a 2D room (section 4.1).
-- `INTENSITIES`: the range of a light's (section 6.1).
+- `INTENSITIES`: the range of a light's intensity (section 6.1).
 - `shot_noise`: the standard error of section 6.1's noise.
 - `PlaneRoom`: a 2D room and the truth about its lights.
 - `rooms`: square rooms, as in section 6.1.
 - `rooms_with_discs`: the same with occluders.
 - `ROOMS`: the kinds of rooms in three dimensions.
-- `MOST`: most lights of one.
+- `MOST`: the largest number of lights in one.
 - `lit`: a standard scene with random lights of its own.
 """
 

@@ -3,8 +3,8 @@
 For other rooms, in pipeline order:
 
 - `read_suite`: the rows of a TOML file.
-- `Cases`: runs them by name.
-- `run_case`: what it is to run one.
+- `Cases`: the cases of a suite, by name.
+- `run_case`: runs one: render, localize, judge.
 - `run_cases`: runs those that have no result yet.
 """
 
