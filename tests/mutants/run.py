@@ -24,7 +24,8 @@ from queue import SimpleQueue
 from typing import NamedTuple
 
 ROOT = Path(__file__).resolve().parents[2]
-COPIED = ("lightloc", "render", "validation", "scenes", "tests", "pyproject.toml", "README.md")
+PAGES = ("README.md", "CONTRIBUTING.md", "docs")
+COPIED = ("lightloc", "render", "validation", "scenes", "tests", "pyproject.toml", *PAGES)
 LONGEST = 300  # seconds a test
 PYTEST = ("-m", "pytest", "-x", "-q", "-p", "no:cacheprovider")
 KILLED, SURVIVED, NEITHER = "killed", "SURVIVED", "could not run"
