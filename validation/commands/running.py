@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from validation.jobs import Ended, Scene
 
 PASSED, CRASHED, STOPPED = 0, 1, 130  # 128 + SIGINT, as shells say it
-PLAIN_WIDTH = 110  # columns of text where no terminal says its own
+PLAIN_WIDTH = 150  # columns of text where no terminal says its own
 
 
 def carry_out(

@@ -100,7 +100,11 @@ def _mark(cell: Cell) -> str:
 
 
 def terminal(study: Study, rows: Sequence[Row]) -> Table:
-    """The figures for a terminal: green where the goal is met, red where it is not."""
+    """The figures for a terminal: green where the goal is met, red where it is not.
+
+    Rows of which nothing has been run are left out, unless that is all of them.
+    """
+    rows = [row for row in rows if row.ended] or rows
     from rich.table import Table
     from rich.text import Text
 
@@ -110,7 +114,7 @@ def terminal(study: Study, rows: Sequence[Row]) -> Table:
         any(row.cells[i].value is not None for row in rows) for i in range(len(study.measures))
     ]
     for measure in compress(study.measures, figures):
-        drawn.add_column(measure.title, justify="right")
+        drawn.add_column(measure.title, justify="right", overflow="fold")
     colour = {True: "green", False: "red", None: ""}
     for row in rows:
         cells = [Text(beside(cell), colour[cell.met]) for cell in compress(row.cells, figures)]
