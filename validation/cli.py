@@ -16,6 +16,7 @@ from validation.commands.figures import figures_command
 from validation.commands.localize import localize_command
 from validation.commands.outputs import SEED, SET, parameters, sentence, writable
 from validation.commands.paired import paired_command
+from validation.commands.running import stoppable
 from validation.commands.study import study_command
 from validation.jobs import ready
 
@@ -177,7 +178,8 @@ def validate_command(
     writable(out / "suite.json")
     backend.current()  # else every case would crash, and say so at length
     cases = Cases(rows, out, suite, run_case)
-    with Bar("cases", total=len(rows)) as bar:
+    names = [row.name for row in rows]
+    with stoppable(cases, names, out, "cases"), Bar("cases", total=len(rows)) as bar:
         summary = run_cases(name, cases, jobs, bar.case, again=bool(case))
     print(
         f"{summary['passed']} passed, {summary['failed']} failed, {summary['crashed']} crashed, "

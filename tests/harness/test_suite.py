@@ -289,3 +289,24 @@ def test_what_only_draws_makes_no_case_anew():
     made = set(needed(run_case.__module__))
     assert {"validation.judge.match", "render.observe", "validation.suite.pictures"} < made
     assert not [name for name in made if re.match(r"validation\.(report|figures|studies)", name)]
+
+
+def test_ctrl_c_says_how_to_go_on(tmp_path):
+    """One sentence and the shell's code for it; the same command then does what is left."""
+    (tmp_path / "tiny.toml").write_text(TINY)
+    command = [LIGHTLOC, "validate", "--suite", "tiny.toml", "--out", "run", "--jobs", "1"]
+    with subprocess.Popen(
+        command,
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    ) as process:
+        while not (tmp_path / "run" / "cases" / "box").exists() and process.poll() is None:
+            time.sleep(0.05)
+        os.killpg(process.pid, signal.SIGINT)
+        out, err = process.communicate(timeout=60)
+    assert (process.returncode, out) == (130, ""), err
+    (line,) = err.splitlines()
+    assert re.fullmatch(r"lightloc: stopped with \d of 3 cases; the same command .*", line)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -33,17 +34,25 @@ def carry_out(
     if dask is None:
         backend.current()  # else every scene would crash, and say so at length
     left = waiting(names, out, scene)
+    with stoppable(scene, names, out, "scenes"), Bar("scenes", total=len(left)) as bar:
+
+        def watch(ended: Ended) -> None:
+            outcome = "crashed" if ended.error else "passed"
+            bar.case({"name": ended.name, "outcome": outcome, "why": [ended.error]})
+
+        run(scene, names, out, jobs=jobs, dask=dask, watch=watch)
+
+
+@contextmanager
+def stoppable(scene: Scene, names: Sequence[str], out: Path, what: str) -> Iterator[None]:
+    """Ctrl-C within ends a run in a sentence: how much is kept, and how to go on."""
+    from validation.jobs import waiting
+
     try:
-        with Bar("scenes", total=len(left)) as bar:
-
-            def watch(ended: Ended) -> None:
-                outcome = "crashed" if ended.error else "passed"
-                bar.case({"name": ended.name, "outcome": outcome, "why": [ended.error]})
-
-            run(scene, names, out, jobs=jobs, dask=dask, watch=watch)
+        yield
     except KeyboardInterrupt:
         kept = len(names) - len(waiting(names, out, scene))
-        said = f"stopped with {kept} of {len(names)} scenes; the same command goes on from there"
+        said = f"stopped with {kept} of {len(names)} {what}; the same command goes on from there"
         print(f"lightloc: {said}", file=sys.stderr)
         raise typer.Exit(STOPPED) from None
 
