@@ -7,6 +7,7 @@ import time
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lightloc import Geometry, Localization, Observations, PointLights, cramer_rao, localize
 from validation.judge import Comparison, Tolerance, compare, is_solved, within
@@ -75,6 +76,7 @@ def trial(
     known: Observations | None = None,
     tolerance: Tolerance = SOLVED,
     diagonal: float | None = None,
+    region: ArrayLike | None = None,
 ) -> Trial:
     """Localize what is seen of a room and judge the answer.
 
@@ -84,10 +86,11 @@ def trial(
             which the Cramér-Rao bound is taken; there is none where None.
         diagonal: of a room in three dimensions, metres, which then stands for the side in all
             that is a part of it, as in the suite; a 2D room of side 1 where None.
+        region: (2, 3) corners of what may hold lights; the `bounds` of `localize`.
     """
     side = SIDE if diagonal is None else diagonal
     clock = time.perf_counter()
-    answer = localize(q, geometry)
+    answer = localize(q, geometry, bounds=region)
     seconds = time.perf_counter() - clock
     judged = compare(answer.lights, truth, diagonal=diagonal or DIAGONAL)
     right = is_solved(answer.lights, truth, tolerance, side)
