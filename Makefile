@@ -1,7 +1,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: help setup report table1 studies docs lint test-fast test test-long test-all mutants bench lock clean
+.PHONY: help setup report table1 studies docs lint test-fast test test-long test-all coverage mutants bench lock clean
 
 help:  ## list the targets
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
@@ -46,6 +46,9 @@ test-long: lint  ## the rest: mutants, and the rate of the hard set; five minute
 
 test-all: setup  ## the fast tests on Python 3.11 to 3.13, with the oldest and the newest libraries
 	$(BIN)/tox
+
+coverage: setup  ## which lines the fast tests and the harness run
+	$(PYTEST) --cov --cov-report=term-missing:skip-covered tests/laws tests/agreement tests/prose tests/harness -m 'not long'
 
 mutants: setup  ## break our own code in 137 ways; each must fail a test
 	$(BIN)/python tests/mutants/run.py
