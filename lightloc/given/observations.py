@@ -149,7 +149,9 @@ class Observations:
         except UNREADABLE:
             raise ValueError(f"{path}: not an observations file (.npz)") from None
         if str(keys.get("format")) != FORMAT:
-            raise ValueError(f"{path}: no observations file; expected the format {FORMAT}")
+            found = keys.get("format")
+            said = "it names no format" if found is None else f"its format is '{found}'"
+            raise ValueError(f"{path}: no observations file: {said}; expected {FORMAT}")
         try:
             return Observations(
                 positions=keys["positions"],

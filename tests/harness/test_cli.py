@@ -320,7 +320,7 @@ def test_bad_suite_is_refused(case, tmp_path):
 
 def test_other_bad_commands_are_refused(tmp_path):
     """An unknown case or command, a report on nothing, an impossible number of jobs."""
-    assert_refused(tmp_path, ("validate", "--case", "nope"), "standard", "'nope'")
+    assert_refused(tmp_path, ("validate", "--case", "nope"), "standard", "--case nope")
     assert_refused(tmp_path, ("validate", "--jobs", "-1"), "--jobs", "0")
     assert_refused(tmp_path, ("report", "."), "suite.json is missing")
     assert_refused(tmp_path, ("report", "gone"), "gone/suite.json is missing")
