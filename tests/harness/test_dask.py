@@ -313,7 +313,7 @@ def test_the_real_table_is_the_same_on_a_cluster(cluster, tmp_path):
     Asked again, the command runs nothing: not a byte is appended.
     """
     said = table1(tmp_path, "-o", "here", "--jobs", "2")
-    assert "noisy, 5" in said and "0.80" in said
+    assert "noisy, 2" in said and "(0.80)" in said and "noisy, 5" not in said
     table1(tmp_path, "-o", "there", "--dask", cluster)
     both = [
         json.loads((tmp_path / out / "table1" / "study.json").read_text())
