@@ -233,6 +233,14 @@ def test_a_stale_result_is_made_again(quick, tmp_path):
     assert third["two"] == second["two"]
 
 
+def test_a_row_taken_out_of_the_suite_is_forgotten(quick, tmp_path):
+    """What an earlier run of other rows left in the folder is passed over; the rest is kept."""
+    _, first = quick(rows("one", "two"))
+    summary, second = quick(rows("two", "three"))
+    assert summary["cases"] == ["two", "three"] and summary["passed"] == 2
+    assert second["two"] == first["two"]
+
+
 def test_standard_suite_is_complete():
     """Every standard scene, both transports, all three noises, 40 rows or more, no name twice."""
     name, cases = read_suite("standard")

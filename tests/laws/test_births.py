@@ -29,9 +29,6 @@ class Shelf:
         at = x.x + t * (p.x - x.x)
         return ~((t > 0) & (t < 1) & (at > 0.5)) & active
 
-    def intersect(self, x, d, active=True):
-        raise NotImplementedError
-
 
 def floor(n: int = 600) -> Observations:
     """A floor and a ceiling of a unit cube, evenly at random."""

@@ -36,8 +36,7 @@ def study_command(
         str | None, typer.Option(help="A Dask scheduler to run on, e.g. tcp://10.0.0.1:8786.")
     ] = None,
 ) -> None:
-    """Run studies and draw them. Exits with 1 where a scene crashed; a missed goal is reported, and
-    no failure.
+    """Run studies and draw them. Exits with 1 where a scene crashed; a missed goal is no failure.
 
     Finished scenes are kept: after an interruption, the same command resumes.
 

@@ -51,9 +51,14 @@ class Cases:
         return Done(name, result["outcome"], result.get("peak_mb", 0))
 
     def given(self, name: str) -> Iterator[str | Path]:
-        """What decides a case's result beside the code: its row, and the files of its scene."""
+        """What decides a case's result beside the code: its row, and the files of its scene.
+
+        Nothing for a case of an earlier run that is no row any more.
+        """
         import render
 
+        if name not in (row.name for row in self.rows):
+            return
         case = self.case(name)
         yield case.model_dump_json()
         try:
