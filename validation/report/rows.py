@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from validation.records import FoundLight, Pair, Result, TrueLight
 from validation.report.words import intensity, measured, metres, number, percent
 
-AXES = "xyz"
-
 
 @dataclass(frozen=True)
 class LightRow:

@@ -6,7 +6,6 @@ lighting, so Solved is never above Full. Runtimes in seconds on an i7-7700HQ wit
 
 from __future__ import annotations
 
-SCENES = 100  # in each row
 COLUMNS = ("Random", "V(p)", "Full", "Solved", "Median", "Max")
 ROWS = {
     "noiseless-2": (0.77, 0.96, 1.00, 1.00, 2, 64),
