@@ -52,13 +52,11 @@ def said(rows: Sequence[Row]) -> str:
 
 def curve(rows: Sequence[Row], ended: Sequence[Ended]) -> Curve:
     noisy = [row for row in rows if row.name.startswith("noisy")]
+    lights = [float(row.name.rpartition("-")[2]) for row in noisy]
 
     def line(name: str, title: str, kind: Stroke = "line") -> Line:
         cells = [row.cell(title) for row in noisy]
-        return Line(name, x(), [c.value for c in cells], [c.error for c in cells], kind)
-
-    def x() -> list[float]:
-        return [float(row.name.rpartition("-")[2]) for row in noisy]
+        return Line(name, lights, [c.value for c in cells], [c.error for c in cells], kind)
 
     paper = [published.figure(row.name, "Solved") for row in noisy]
     return Curve(
@@ -69,7 +67,7 @@ def curve(rows: Sequence[Row], ended: Sequence[Ended]) -> Curve:
             line("our search", "Search: Solved"),
             line("from the truth", "Oracle", "dash"),
             line("the published method", "Solved"),
-            Line("the paper", x(), paper),
+            Line("the paper", lights, paper),
         ),
     )
 
