@@ -63,7 +63,7 @@ class Cases:
         yield case.model_dump_json()
         try:
             yield from render.files_of(case.scene, **case.parameters)
-        except (ValueError, RuntimeError):  # it will crash, and say why
+        except (ValueError, RuntimeError, OSError):  # it will crash, and say why
             return
 
     def case(self, name: str) -> Case:
