@@ -1,11 +1,21 @@
 """lightloc: find the point lights that light a room. The public names, in pipeline order."""
 
 import lightloc.backend  # noqa: F401  (first: it chooses the LLVM library)
-from lightloc.answer import Kind, Localization, Reason, Verdict
-from lightloc.brdf import BRDF, Conductor, Lambert, Mixed, Plastic
+from lightloc.answer import (
+    Assumption,
+    Count,
+    Kind,
+    Localization,
+    Noise,
+    NoiseLaw,
+    Reason,
+    Verdict,
+    Way,
+)
+from lightloc.brdf import BRDF, Conductor, Irradiance, Lambert, Mixed, Plastic
 from lightloc.fields import Grid, intensity, intensity_distance
 from lightloc.fit import Bound, cramer_rao
-from lightloc.given import Geometry, Observations, Options, PointLights
+from lightloc.given import Geometry, Interreflecting, Observations, Options, PointLights
 from lightloc.interreflection import remove_indirect
 from lightloc.localize import localize
 from lightloc.optics import check_gradient, radiance, shading, shading_gradient
@@ -20,9 +30,11 @@ __all__ = [  # in pipeline order
     "Conductor",
     "Plastic",
     "Mixed",
+    "Irradiance",
     "BRDF",
     "Observations",
     "Geometry",
+    "Interreflecting",
     "remove_indirect",
     "shading",
     "shading_gradient",
@@ -45,6 +57,11 @@ __all__ = [  # in pipeline order
     "Reason",
     "Verdict",
     "Kind",
+    "Noise",
+    "NoiseLaw",
+    "Count",
+    "Assumption",
+    "Way",
     "cramer_rao",
     "Bound",
 ]

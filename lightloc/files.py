@@ -1,11 +1,17 @@
-"""Files that appear whole or not at all."""
+"""Files that appear whole or not at all, and archives of arrays that say what they are."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+import zipfile
+import zlib
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 
 @contextmanager
@@ -32,3 +38,35 @@ def whole(path: str | Path) -> Iterator[Path]:
         os.replace(part, path)
     finally:
         part.unlink(missing_ok=True)
+
+
+def archive(path: str | Path, what: str, formats: Sequence[str]) -> dict[str, NDArray[Any]]:
+    """The arrays of an ``.npz`` whose ``format`` is one of some, the newest first.
+
+    Raises ValueError naming the file where it is missing, broken or of another format.
+    """
+    try:
+        # our own handle: np.load leaves one open where the archive is broken
+        with open(path, "rb") as stream, np.load(stream, allow_pickle=False) as file:
+            keys = {name: file[name] for name in file.files}
+    except FileNotFoundError:
+        raise ValueError(f"{path}: no such file") from None
+    except UNREADABLE:
+        raise ValueError(f"{path}: not an {what} file (.npz)") from None
+    if str(keys.get("format")) not in formats:
+        found = keys.get("format")
+        said = "it names no format" if found is None else f"its format is '{found}'"
+        raise ValueError(f"{path}: no {what} file: {said}; expected {formats[0]}")
+    return keys
+
+
+UNREADABLE = (  # what np.load, zipfile and zlib say of a file that is cut short or changed
+    OSError,
+    ValueError,
+    TypeError,
+    EOFError,
+    MemoryError,
+    RuntimeError,
+    zipfile.BadZipFile,
+    zlib.error,
+)

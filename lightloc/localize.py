@@ -8,12 +8,12 @@ from typing import Literal
 
 from numpy.typing import ArrayLike
 
-from lightloc.answer import Localization, Step
+from lightloc.answer import Localization, Step, Way
 from lightloc.backend import one_blas_thread
 from lightloc.checks import array
-from lightloc.fit import Criterion, Fit, Problem, is_exact, working_sigma
+from lightloc.fit import Criterion, Fit, Problem, is_exact, presumed, working_sigma
 from lightloc.given import Geometry, Observations, Options, PointLights
-from lightloc.interreflection import Indirect, remove_indirect, rounds
+from lightloc.interreflection import Indirect, remove_indirect, rendering, rounds
 from lightloc.paper import Paper, Surface, published
 from lightloc.search import Ground, Ladder, climbed, concluded, emptied, resumed, settled
 
@@ -26,34 +26,53 @@ def localize(
     bounds: ArrayLike | None = None,
     options: Options | Paper | None = None,
     surface: Surface | None = None,
-    indirect: Indirect | None = None,
+    indirect: Indirect | int | None = None,
     seed: int = 0,
     watch: Callable[[Step], None] = lambda step: None,
 ) -> Localization:
     """Find the lights: how many, where, how strong, and how sure that is.
 
-    Args:
-        observations: what is seen; where they hold interreflected light, it is removed first.
-        geometry: what occludes; None where nothing does.
-        method: "search", ours, or "paper", the published one, which takes one channel.
-        bounds: (2, 3) corners of the region that may hold lights, metres; the observations'
-            bounding box where None, which has no height where all lie in one plane, as on a floor.
-        options: settings of the method: `Options`, or `Paper` for "paper".
-        surface: distances along the observed surface, used only by "paper". Where None: along the
-            walls of a 2D scene, else shortest paths over neighbouring observations.
-        indirect: the interreflected light of a light of intensity 1 at each of (k, 3) positions,
-            and its standard error, each (n, k, c), as `render.interreflected` gives it. Then the
-            indirect light of the lights found is subtracted, and the search repeated, until
-            nothing changes: that holds for any BRDF, where footnote 1 asks for largely diffuse
-            rooms.
-        seed: for the sample of observations and the gathering rays.
-        watch: called with each step of the search.
+    Parameters
+    ----------
+    observations : Observations
+        What is seen; where they hold interreflected light, it is removed first.
+    geometry : Geometry, optional
+        What occludes; None where nothing does.
+    method : {"search", "paper"}
+        Ours, or the published one, which takes one channel and a known sigma.
+    bounds : (2, 3) array, optional
+        Corners of the region that may hold lights, in the unit of length; the observations'
+        bounding box where None, which has no height where all lie in one plane, as on a floor.
+    options : Options or Paper, optional
+        Settings of the method: `Options`, or `Paper` for "paper".
+    surface : Surface, optional
+        Distances along the observed surface, used only by "paper". Where None: along the walls of
+        a 2D scene, else shortest paths over neighbouring observations.
+    indirect : int or function, optional
+        Samples per light, with which ``geometry`` renders the interreflected light of the lights
+        found (see `Interreflecting`); or a function that gives it, as `render.interreflected`
+        does. It is then subtracted, and the search repeated, until nothing changes: that holds for
+        any BRDF. Where None, footnote 1 alone removes it, which asks for a largely diffuse room.
+    seed : int
+        For the sample of observations, the gathering rays and the rendered paths.
+    watch : function, optional
+        Called with each step of the search.
 
-    Raises:
-        ValueError: the bounds are not a box, the method is neither of the two or its options
-            belong to the other, "paper" is given RGB radiance, or interreflected light is to be
-            removed and there is no geometry to gather it with.
+    Returns
+    -------
+    Localization
+        Arrays over the observations have NaN where `Observations.saturated` left one out.
 
+    Raises
+    ------
+    ValueError
+        The bounds are not a box, the method is neither of the two or its options belong to the
+        other, "paper" is given RGB radiance or an unknown sigma, all observations are saturated,
+        or interreflected light is to be removed and there is no geometry to gather it with, the
+        geometry can't render it, or the observations are irradiance.
+
+    Examples
+    --------
     >>> import numpy as np
     >>> from lightloc import Lambert, PointLights, radiance
     >>> floor = np.random.default_rng(0).uniform(-2, 2, (500, 3)) * [1, 1, 0]
@@ -65,24 +84,34 @@ def localize(
     >>> found.lights.positions.round(3).tolist(), found.reason.name
     ([[0.5, -0.3, 1.2]], 'CONVERGED')
     """
-    q = observations
     if method not in METHODS:
         raise ValueError(f"method is '{method}'; expected 'search' or 'paper'")
     o = options or METHODS[method]()
     if not isinstance(o, METHODS[method]):
         raise ValueError(f"method '{method}' takes {METHODS[method].__name__} as its options")
-    if q.interreflected:
+    used = ~observations.saturated
+    seen = observations if used.all() else observations.at(used)
+    if isinstance(o, Options) and seen.sigma is None:
+        seen, o = presumed(seen), replace(o, noise="estimate")
+    region = array("bounds", seen.bounds if bounds is None else bounds, (2, 3))
+    direct, way = seen, Way.DIRECT
+    if seen.interreflected:
         if geometry is None:
             raise ValueError("interreflected light can't be removed without the geometry")
-        q = remove_indirect(q, geometry, seed)
-    region = array("bounds", q.bounds if bounds is None else bounds, (2, 3))
+        direct, way = remove_indirect(seen, geometry, seed), Way.GATHERED
     if isinstance(o, Paper):
-        return published(q, geometry, region, o, surface, watch)
+        found = published(direct, geometry, region, o, surface, watch)
+        return replace(found.among(used), way=way)
     with one_blas_thread():
-        ground = Ground.of(q, geometry, region, o, seed)
-        if not observations.interreflected:
-            return searched(q, ground, o, Criterion.of(o), watch)
-        return without_indirect(observations, q, ground, o, indirect, watch)
+        ground = Ground.of(direct, geometry, region, o, seed)
+        if way is Way.DIRECT:
+            found = searched(direct, ground, o, Criterion.of(o), watch)
+        elif indirect is None:
+            found = searched(direct, ground, o, Criterion.of(o).after_removal(), watch)
+        else:
+            columns, way = rendering(indirect, geometry, seen, used, seed), Way.RENDERED
+            found = without_indirect(seen, direct, ground, o, columns, watch)
+    return replace(found.among(used), way=way)
 
 
 def without_indirect(
@@ -90,13 +119,11 @@ def without_indirect(
     direct: Observations,
     ground: Ground,
     o: Options,
-    indirect: Indirect | None,
+    indirect: Indirect,
     watch: Callable[[Step], None],
 ) -> Localization:
-    """Search what footnote 1 leaves, then, where it can be rendered, what rendered light leaves."""
+    """Search what footnote 1 leaves, then what rendered light leaves."""
     removed = Criterion.of(o).after_removal()
-    if indirect is None:
-        return searched(direct, ground, o, removed, watch)
 
     def search(rest: Observations, start: PointLights | None) -> Localization:
         if start:

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from render.film import borrow, likeness, smooth
 from render.material import material_at
-from render.observe import LANES, Transport, direct, indirect
+from render.observe import Transport
 from render.room import Room
+from render.transport import LANES, direct, indirect
 from render.view import NOTHING, View, appearance
 
 GRID = 4  # rays squared over a pixel's footprint, its corners among them: no straight edge escapes
@@ -82,14 +83,14 @@ def photograph(
     }
     position, B, variance = (
         layer(_numpy(si.p)),
-        layer(direct(room, si)),
+        layer(direct(room.scene, si)),
         np.zeros((*shape.shape, 3)),
     )
     pure, film = np.zeros(pixels.count, bool), np.zeros((pixels.count, 3))
     for block in pixels.blocks(np.arange(pixels.count)):
         pure[block], film[block] = _footprint(room, pixels, block, si)
     if transport == "full":
-        more, sigma = indirect(room, si, spp, seed)
+        more, sigma = indirect(room.scene, si, spp, seed)
         B, variance = B + layer(more), sigma**2
         steady = smooth(layer(more), **surface)
         film += steady.reshape(-1, 3)
@@ -187,7 +188,7 @@ def _footprint(room: Room, pixels: _Pixels, block: NDArray, centre: Any) -> tupl
     f, g = _fingerprint(si), _fingerprint(c)
     same &= dr.max(dr.abs(f - g)) <= SAME_BRDF * dr.max(g)
     same &= (mi.Frame3f.cos_theta(c.wi) > 0) | mi.has_flag(c.bsdf().flags(), mi.BSDFFlags.BackSide)
-    B = np.where(np.array(si.is_valid())[:, None], direct(room, si), 0)
+    B = np.where(np.array(si.is_valid())[:, None], direct(room.scene, si), 0)
     pure = np.array(same).reshape(-1, GRID**2).all(axis=1)
     return pure, WEIGHTS @ B.reshape(-1, GRID**2, 3)
 

@@ -26,8 +26,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lightloc import Observations, PointLights
-from render.observe import probe
 from render.room import Room, relight
+from render.transport import probe
 
 SEED = 2018
 FAINTEST = 1e-6  # W/sr: no start is fainter, so that its logarithm is a number
@@ -173,8 +173,8 @@ class _Seen:
     def of(lamps: Lamps, q: Observations, some: NDArray, o: Adam) -> _Seen:
         n = len(some)
         lane = dr.tile(dr.arange(mi.UInt32, n), o.starts)
-        si = probe(lamps.room, q.positions[some], q.directions[some])
-        sigma = np.maximum(q.sigma, o.dark * np.median(q.sigma, axis=0))
+        si = probe(lamps.room.scene, q.positions[some], q.directions[some])
+        sigma = np.maximum(q.known_sigma, o.dark * np.median(q.known_sigma, axis=0))
         if not sigma.all():
             sigma = np.broadcast_to(q.radiance.mean(axis=0), sigma.shape)
         B, weight = np.zeros((n, 3)), np.zeros((n, 3))

@@ -7,15 +7,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lightloc import Observations, PointLights
-from lightloc.checks import array
-from render.observe import indirect, probe
-from render.room import Room, relight
+from lightloc import Observations
+from render.room import Room
 
 Columns = tuple[NDArray[np.float64], NDArray[np.float64]]
-
-STREAM = 0x1D17EC7
-"""Goes into every seed: the same paths as in `observe` would carry its errors, and hide them."""
 
 
 def interreflected(
@@ -26,21 +21,32 @@ def interreflected(
     Handed to `lightloc.localize` as ``indirect``, it stands for the whole room: its surfaces and
     BRDFs, never its lights.
 
-    Args:
-        room: its own lights are not used.
-        q: where to look at it from, and at what.
-        spp: path samples per point and light.
-        seed: of the paths. Each light has the same ones in every call, wherever it is, so that
-            the result moves with the light and not with chance.
+    Parameters
+    ----------
+    room : Room
+        Its own lights are not used.
+    q : Observations
+        Where to look at it from, and at what.
+    spp : int
+        Path samples per point and light.
+    seed : int
+        Of the paths. Each light has the same ones in every call, wherever it is, so that the
+        result moves with the light and not with chance.
 
-    Returns:
-        A function from (k, 3) positions in metres to H and its standard error, each (n, k, c), in
-        m^-2 sr^-1: ``H @ intensities`` is the interreflected radiance of lights there. The errors
-        of different lights are independent of each other and of those of ``q``.
+    Returns
+    -------
+    function
+        From (k, 3) positions to H and its standard error, each (n, k, c), in m^-2 sr^-1 per W/sr:
+        ``H @ intensities`` is the interreflected radiance of lights there. The errors of different
+        lights are independent of each other and of those of ``q``.
 
-    Raises:
-        ValueError: spp is below 2.
+    Raises
+    ------
+    ValueError
+        spp is below 2, or ``q`` are irradiance.
 
+    Examples
+    --------
     >>> import lightloc, render
     >>> room = render.load("box_one")
     >>> q = render.observe(room, points=64, seed=0, transport="direct")
@@ -50,17 +56,4 @@ def interreflected(
     """
     if spp < 2:
         raise ValueError(f"interreflected expects spp >= 2; got {spp}")
-    si = probe(room, q.positions, q.directions)
-    n, c = len(q), q.channels
-
-    def shade(positions: ArrayLike) -> Columns:
-        places = array("positions", positions, (None, 3))
-        H, error = np.zeros((n, len(places), c)), np.zeros((n, len(places), c))
-        for i, p in enumerate(places):
-            alone = relight(room, PointLights(p[None], [1.0]))
-            own = int(np.random.SeedSequence([STREAM, seed, i]).generate_state(1)[0])
-            mean, spread = indirect(alone, si, spp, own)
-            H[:, i], error[:, i] = mean[:, :c], spread[:, :c]
-        return H, error
-
-    return shade
+    return lambda positions: room.geometry.interreflection(positions, q, spp, seed)

@@ -66,6 +66,18 @@ def material_at(si: Any) -> BRDF:
     return parts[0] if len(parts) == 1 else Mixed(tuple(parts), index)
 
 
+def regions_at(si: Any) -> tuple[NDArray[np.intp], tuple[str, ...]]:
+    """(n,) which of the regions that share a BSDF n interactions lie in, and their names.
+
+    Named by the BSDF's id, or by its number where it has none of its own.
+    """
+    which = bsdf_of(si)
+    _, first = np.unique(which, return_index=True)
+    bsdfs = dr.gather(mi.BSDFPtr, si.bsdf(), mi.UInt32(first))
+    names = [bsdfs[i].id() for i in range(len(first))]
+    return which, tuple(name or f"material {i}" for i, name in enumerate(names, start=1))
+
+
 def bsdf_of(si: Any) -> NDArray[np.intp]:
     """(n,) which BSDF each of n interactions has, numbered as the points first show them.
 

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from lightloc import BRDF, Lambert, Observations
 from render.exr import read_exr
 from render.material import GREY, material_at
-from render.observe import probe
 from render.room import Room
+from render.transport import probe
 from render.view import DIFFUSE, View, appearance
 
 MATCH = 1e-4  # a pixel shows a room if the room's surface is this share of its diagonal away
@@ -76,7 +76,7 @@ def _from_layers(name: str, view: View) -> BRDF:
 def _from_room(name: str, view: View, room: Room, w: NDArray) -> BRDF:
     """The room's BRDFs at the view's points, once it is sure that the view shows this room."""
     x = view.position[view.used].astype(float)
-    si = probe(room, x, w / np.linalg.norm(w, axis=1, keepdims=True))
+    si = probe(room.scene, x, w / np.linalg.norm(w, axis=1, keepdims=True))
     off = np.linalg.norm(np.array(si.p, float).T - x, axis=1)
     off[~np.array(si.is_valid())] = np.inf
     _refuse(name, view, room, off > MATCH * room.diagonal, "no surface")

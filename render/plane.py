@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 
 from lightloc import Observations, Outline, PointLights
 from lightloc.plane import Loop
-from render.observe import direct, observations, probe
+from render.observe import observations
 from render.room import Room, SceneGeometry, relight
+from render.transport import direct, probe
 from render.variant import use_mitsuba
 
 REFLECTANCE = 0.5  # of all surfaces, where the caller does not care
@@ -64,8 +65,8 @@ def observe_plane(room: Room, outline: Outline, n: int) -> Observations:
     It is that of the room's reflectance: times pi over it, it is that of f = 1.
     """
     x, normals = outline.sample(n)
-    si = probe(room, x, normals)
-    return observations(si, direct(room, si), np.zeros((n, 3)), room)
+    si = probe(room.scene, x, normals)
+    return observations(si, direct(room.scene, si), np.zeros((n, 3)), room)
 
 
 def _cylinder(loop: Loop, half: float, inwards: bool) -> dict[str, Any]:

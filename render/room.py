@@ -9,38 +9,18 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import drjit as dr
 import mitsuba as mi
 import numpy as np
 
 from lightloc import PointLights
+from render.geometry import SceneGeometry, lit
 from render.meshes import check_meshes
+from render.transport import bounds_of, diagonal_of
 from render.variant import use_mitsuba
 
 GREY = 1e-6  # channels that differ by less than this share are one channel
 TESSELLATION = 33  # nodes along u and v of a curved shape, for pictures
 NOT_FINITE = ("nan", "inf", "infinity")
-SHADOW_EPSILON = 8.9e-4  # share of a shadow ray left out at its far end, as in Mitsuba
-
-
-@dataclass(frozen=True)
-class SceneGeometry:
-    """A scene's surfaces as the two questions of `lightloc.Geometry`."""
-
-    scene: Any = field(repr=False)
-
-    def visible(self, x: Any, p: Any, active: Any = True) -> Any:
-        """Whether the open segment from x to p is free; (Array3f, Array3f) -> Bool."""
-        d = mi.Vector3f(p - x)
-        distance = dr.norm(d)
-        ray = mi.Ray3f(mi.Point3f(x), d / distance, distance * (1 - SHADOW_EPSILON), 0, [])
-        return ~self.scene.ray_test(ray, mi.Mask(active)) & active
-
-    def intersect(self, x: Any, d: Any, active: Any = True) -> tuple[Any, Any]:
-        """First hit of the ray x + t d: (Bool, Array3f)."""
-        ray = mi.Ray3f(mi.Point3f(x), mi.Vector3f(d))
-        hit = self.scene.ray_intersect_preliminary(ray, coherent=False, active=mi.Mask(active))
-        return hit.is_valid() & active, ray(dr.select(hit.is_valid(), hit.t, 0))
 
 
 @dataclass(frozen=True)
@@ -57,18 +37,12 @@ class Room:
     @property
     def diagonal(self) -> float:
         """Length of the diagonal of the scene's bounding box, metres."""
-        return float(np.linalg.norm(self.bounds[1] - self.bounds[0]))
+        return diagonal_of(self.scene)
 
     @property
     def bounds(self) -> np.ndarray:
         """(2, 3) corners of the surfaces' bounding box, metres."""
-        boxes = [shape.bbox() for shape in self.scene.shapes()]
-        return np.array(
-            [
-                np.min([np.array(box.min).ravel() for box in boxes], axis=0),
-                np.max([np.array(box.max).ravel() for box in boxes], axis=0),
-            ]
-        )
+        return bounds_of(self.scene)
 
 
 def standard_scenes() -> list[str]:
@@ -130,17 +104,7 @@ def load(path: str | Path, **parameters: Any) -> Room:
 
 def relight(room: Room, lights: PointLights) -> Room:
     """The same room lit by other point lights; its sensors and surfaces are shared."""
-    parts: dict[str, Any] = {"type": "scene"}
-    for kind, objects in (("shape", room.scene.shapes()), ("sensor", room.scene.sensors())):
-        # the key becomes the object's id, in both scenes: they share the object
-        parts |= {thing.id() or f"{kind}_{i}": thing for i, thing in enumerate(objects)}
-    for i, (p, I) in enumerate(zip(lights.positions, lights.intensities, strict=True), start=1):
-        parts[f"light_{i}"] = {
-            "type": "point",
-            "position": p.tolist(),
-            "intensity": {"type": "rgb", "value": np.broadcast_to(I, 3).tolist()},
-        }
-    scene = mi.load_dict(parts, optimize=False)
+    scene = lit(room.scene, lights)
     return Room(room.name, room.path, room.parameters, scene, lights, SceneGeometry(scene))
 
 

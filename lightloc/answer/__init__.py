@@ -2,6 +2,11 @@
 
 For other rooms, in pipeline order:
 
+- `Way`: how interreflected light was treated.
+- `Assumption`: what an answer takes for granted.
+- `NoiseLaw`: where standard errors came from.
+- `Noise`: what was taken for noise.
+- `Count`: the best lights of one number of lights.
 - `Step`: one step of a search.
 - `Reason`: why a search stopped.
 - `Kind`: what sort of thing can't be told.
@@ -17,6 +22,7 @@ For other rooms, in pipeline order:
 - `judged`: an answer with the verdicts that follow from its errors.
 """
 
+from lightloc.answer.basis import Assumption, Count, Noise, NoiseLaw, Way
 from lightloc.answer.judge import MARGIN, judged, localization
 from lightloc.answer.result import Localization, Reason, Step
 from lightloc.answer.verdicts import (
@@ -30,6 +36,11 @@ from lightloc.answer.verdicts import (
 )
 
 __all__ = [
+    "Way",
+    "Assumption",
+    "NoiseLaw",
+    "Noise",
+    "Count",
     "Step",
     "Reason",
     "Kind",

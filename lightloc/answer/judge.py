@@ -8,11 +8,15 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from lightloc.answer.basis import Assumption, Count, Noise, NoiseLaw
 from lightloc.answer.result import Localization, Reason, Step
 from lightloc.answer.verdicts import DECISIVE, Kind, Verdict, clusters, uncertain
 from lightloc.fields import intensity_distance
-from lightloc.fit import Bound, Fit, Problem, amounts, inseparable
+from lightloc.fit import Bound, Fit, Problem, amounts, inseparable, working_sigma
 from lightloc.given import Observations, Options, PointLights
+
+SPREAD = 1.17
+"""Standard error of a standard deviation that is estimated by the median, times sqrt(n) over it."""
 
 MARGIN = 3.0
 """Standard errors on top of B before D bounds an intensity: one in a thousand B is lower still."""
@@ -47,6 +51,7 @@ def localization(
     width: NDArray[np.float64] | None = None,
     certificate: float = np.nan,
     verdicts: tuple[Verdict, ...] = (),
+    counts: tuple[Count, ...] = (),
 ) -> Localization:
     """The answer in the form that both methods give it; ``points`` stand for wide lights."""
     lights = fit.lights
@@ -55,6 +60,12 @@ def localization(
     if problem.ambient is not None:
         lit = lights if points is None else points
         ambient = amounts(problem, lit.positions)[len(lit)]
+    assumed = {
+        Assumption.ISOTROPIC: True,
+        Assumption.MATERIALS: True,
+        Assumption.NO_AMBIENT: problem.ambient is None,
+        Assumption.ERRORS: o.noise == "given",
+    }
     return Localization(
         lights=lights,
         position_error=bound.position,
@@ -71,7 +82,19 @@ def localization(
         ambient=ambient,
         verdicts=verdicts,
         chi2=fit.cost / problem.rows,
-        outliers=int((np.abs(fit.residual) > o.outlier).sum()),
         reason=reason,
         history=tuple(history),
+        noise=noise_of(q, problem, fit, o),
+        counts=counts,
+        assumed=tuple(assumption for assumption, holds in assumed.items() if holds),
+        unit=q.unit,
     )
+
+
+def noise_of(q: Observations, problem: Problem, fit: Fit, o: Options) -> Noise:
+    """What was taken for noise: of the errors' common factor, where it was estimated, how large."""
+    outliers = np.abs(fit.residual) > o.outlier
+    if o.noise == "given":
+        return Noise(NoiseLaw.GIVEN, 1.0, 0.0, outliers)
+    scale = float(np.median(problem.sigma / working_sigma(q, o)))
+    return Noise(NoiseLaw.ESTIMATED, scale, SPREAD * scale / np.sqrt(problem.rows), outliers)

@@ -83,8 +83,8 @@ def uncertain(problem: Problem, lights: PointLights, bound: Bound, o: Options) -
         share = Z95 * float((dI / np.maximum(lights.intensities[i], 1e-300)).max())
         if off > o.sure_position * problem.size or share > o.sure_intensity:
             said = (
-                f"Light {i} is known to ± {_length(off)} and {_percent(share)} of its "
-                f"intensity (95 %)."
+                f"Light {i} is known to ± {_length(off, problem.unit)} and {_percent(share)} of "
+                f"its intensity (95 %)."
             )
             verdicts.append(Verdict(Kind.UNCERTAIN, (i,), said))
     return verdicts
@@ -100,19 +100,19 @@ def clusters(
     ]
     for i, apart in enumerate(resolution):
         if apart > o.cluster * problem.size:
-            said = f"Light {i} may be several lights, up to {_length(apart)} apart."
+            said = f"Light {i} may be several lights, up to {_length(apart, problem.unit)} apart."
             found.append(Verdict(Kind.CLUSTER, (i,), said))
     return found
 
 
-def spread_out(width: NDArray[np.float64]) -> list[Verdict]:
+def spread_out(width: NDArray[np.float64], unit: str) -> list[Verdict]:
     """Lights that have a width."""
     return [
         Verdict(
             Kind.EXTENDED,
             (int(i),),
             f"Light {i} is no point: it is wide, or several lights close together. Two points "
-            f"{_length(width[i])} apart look like it.",
+            f"{_length(width[i], unit)} apart look like it.",
         )
         for i in np.flatnonzero(width)
     ]
@@ -187,8 +187,8 @@ def hidden(
     return [Verdict(Kind.HIDDEN, (), said)]
 
 
-def _length(value: float) -> str:
-    return f"{value:.2g} m" if np.isfinite(value) else "any distance"
+def _length(value: float, unit: str) -> str:
+    return f"{value:.2g} {unit}" if np.isfinite(value) else "any distance"
 
 
 def _percent(value: float) -> str:

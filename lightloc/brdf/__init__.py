@@ -7,6 +7,12 @@ For other rooms, in pipeline order:
 - `Conductor`: a rough metal, GGX.
 - `Plastic`: a rough dielectric coat over a diffuse base.
 - `Mixed`: a different material at each observation.
+- `Irradiance`: stands for a light meter at each observation.
+- `rows_of`: the material of some of the observations.
+- `SceneMaterial`: stands in a file for a BSDF that only its scene can evaluate.
+- `stored`: a material as arrays by name, for a file.
+- `restored`: and back.
+- `Parameters`: materials whose fields are numbers.
 - `is_brdf`: whether a value is such a material.
 - `Scatter`: f (n . l)+ as a function of the observation's index and directions.
 - `Slope`: S without visibility, and its derivative, as a function of the same.
@@ -29,7 +35,10 @@ from lightloc.brdf.models import (
     Sloped,
     is_brdf,
 )
-from lightloc.brdf.parameters import channels_last
+from lightloc.brdf.parameters import Parameters, channels_last
+from lightloc.brdf.readings import Irradiance
+from lightloc.brdf.rows import rows_of
+from lightloc.brdf.stored import SceneMaterial, restored, stored
 
 __all__ = [
     "BRDF",
@@ -37,6 +46,12 @@ __all__ = [
     "Conductor",
     "Plastic",
     "Mixed",
+    "Irradiance",
+    "rows_of",
+    "SceneMaterial",
+    "stored",
+    "restored",
+    "Parameters",
     "is_brdf",
     "Scatter",
     "Slope",

@@ -67,7 +67,7 @@ def intensity_distance(
     >>> D[:, 0].round(4).tolist(), L[0, 0].item(), L[1, 0].item() == NO_LIMITER
     ([18.0, inf], 0, True)
     """
-    B = np.maximum(q.radiance + margin * q.sigma, 0.0)
+    B = np.maximum(q.radiance + (margin * q.known_sigma if margin else 0.0), 0.0)
     return limits(surfels(q), B, positions, geometry)
 
 

@@ -4,6 +4,7 @@ For other rooms, in pipeline order:
 
 - `is_exact`: whether observations claim to have no errors.
 - `working_sigma`: standard errors with the arithmetic's own.
+- `presumed`: observations with some sigma where nobody knows it.
 - `level_of`: the standard deviation of residuals, outliers left out.
 - `law_of`: sigma as a function of B, where it is one.
 - `cauchy`: Cauchy's loss, and the weight that it gives.
@@ -59,7 +60,7 @@ from lightloc.fit.levenberg import (
     normal_equations,
 )
 from lightloc.fit.loss import cauchy, robust
-from lightloc.fit.noise import is_exact, law_of, level_of, working_sigma
+from lightloc.fit.noise import is_exact, law_of, level_of, presumed, working_sigma
 from lightloc.fit.problem import (
     Fit,
     Problem,
@@ -75,6 +76,7 @@ from lightloc.fit.problem import (
 __all__ = [
     "is_exact",
     "working_sigma",
+    "presumed",
     "level_of",
     "law_of",
     "cauchy",

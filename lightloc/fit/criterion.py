@@ -6,7 +6,7 @@ not know which likelihood that has.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -135,6 +135,16 @@ class Criterion:
             if self.is_worth(problem, best, fit, level):
                 best = fit
         return best
+
+    def likely(self, problem: Problem, fits: Sequence[Fit]) -> list[float]:
+        """How likely each fit's count of lights is beside the likeliest of all.
+
+        If the model and the errors are right: exp(-d / 2), with d the difference in chi-square at
+        the level of noise that the best leaves, each light being charged what it must gain.
+        """
+        level, price = self.level(fits), self.price(problem)
+        costs = [self.likelihood.cost(fit.residual, level) + len(fit) * price for fit in fits]
+        return [float(np.exp((min(costs) - cost) / 2)) for cost in costs]
 
     def is_explained(self, problem: Problem, fit: Fit) -> bool:
         """Whether the residual is no more than noise, but for the few that may lie anywhere."""

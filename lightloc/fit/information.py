@@ -64,12 +64,12 @@ def cramer_rao(q: Observations, lights: PointLights, geometry: Geometry | None =
     ...  for h in (1.0, 2.0)]
     [0.0015, 0.0095]
     """
-    if not (q.sigma > 0).all():
+    if not (q.known_sigma > 0).all():
         raise ValueError("the Cramér-Rao bound needs a sigma above 0 at every observation")
     everywhere = q.bounds + np.array([[-1.0], [1.0]])
     if np.ptp(q.positions[:, 2]) == 0 and not q.normals[:, 2].any():  # a 2D scene
         everywhere[:, 2] = q.positions[0, 2]
-    return bound_at(Problem.of(q, q.sigma, geometry, everywhere, double=True), lights)
+    return bound_at(Problem.of(q, q.known_sigma, geometry, everywhere, double=True), lights)
 
 
 def bound_at(

@@ -27,18 +27,28 @@ SHOT = 0.01
 """Sigma over sqrt(B mean B) from which an estimate starts where none is given; any would do."""
 
 
+QUANTUM = 1 / np.sqrt(12)
+"""Standard deviation of rounding to whole steps, in steps."""
+
+
 def is_exact(q: Observations) -> bool:
     """Whether the observations claim to have no errors at all."""
-    return not (q.sigma > 0).any()
+    return q.sigma is not None and not q.step and not (q.sigma > 0).any()
+
+
+def presumed(q: Observations) -> Observations:
+    """The observations with some sigma, shot noise, that is right at best but for a factor."""
+    B = np.maximum(q.radiance, 0)
+    mean = B.mean(axis=0)
+    mean = np.where(mean > 0, mean, 1.0)  # all dark: any unit serves
+    return q.with_radiance(q.radiance, SHOT * np.sqrt(mean * (B + SHOT * mean)))
 
 
 def working_sigma(q: Observations, o: Options) -> NDArray[np.float64]:
     """The observations' standard errors with the arithmetic's own on top: (n, c), above 0."""
-    sigma = q.sigma
     if is_exact(q) and o.noise == "estimate":
-        B = np.maximum(q.radiance, 0)
-        mean = B.mean(axis=0)
-        sigma = SHOT * np.sqrt(mean * (B + SHOT * mean))
+        q = presumed(q)
+    sigma = np.hypot(q.known_sigma, QUANTUM * q.step)
     mean = np.abs(q.radiance).mean() or 1.0  # all dark: any unit serves
     model = o.relative * np.abs(q.radiance) + o.absolute * mean
     floor = np.maximum(DARK * np.median(sigma, axis=0), np.finfo(float).tiny)

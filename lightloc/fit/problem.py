@@ -23,6 +23,7 @@ class Problem:
         bounds: (2, 3) corners of the region that may hold lights.
         ambient: (n, c) radiance of the same dim light from everywhere (section 6.3), whose
             amount every fit solves for; None where there is none.
+        unit: of length, for sentences.
     """
 
     surfels: Surfels
@@ -31,6 +32,7 @@ class Problem:
     geometry: Geometry | None
     bounds: NDArray[np.float64]
     ambient: NDArray[np.float64] | None = None
+    unit: str = "m"
 
     @staticmethod
     def of(
@@ -43,7 +45,7 @@ class Problem:
         ambient: NDArray[np.float64] | None = None,
     ) -> Problem:
         """Pose the problem; with ``double``, kernels compute in 64 bits."""
-        return Problem(surfels(q, double), q.radiance, sigma, geometry, bounds, ambient)
+        return Problem(surfels(q, double), q.radiance, sigma, geometry, bounds, ambient, q.unit)
 
     @cached_property
     def axes(self) -> NDArray[np.intp]:

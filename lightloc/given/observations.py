@@ -2,92 +2,140 @@
 
 from __future__ import annotations
 
-import zipfile
-import zlib
-from dataclasses import MISSING, dataclass, fields, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lightloc import brdf
 from lightloc.checks import array, check_radiance, numbers, unit_vectors
-from lightloc.files import whole
+from lightloc.files import archive, whole
 
-FORMAT = "lightloc-observations-1"
+FORMAT = "lightloc-observations-2"
+OLD_FORMATS = ("lightloc-observations-1",)  # had no field that may not be left out today
 
 
 @dataclass(frozen=True, eq=False)
 class Observations:
     """The set Q of the paper's section 3.1 with its measured radiance B(q).
 
-    Keyword Args:
-        positions: (n, 3) points x on surfaces, metres.
-        normals: (n, 3) shading normals on the side that is seen; normalized on entry.
-        directions: (n, 3) from the surface to the viewer (the paper's omega).
-        radiance: (n, c) B(q) in W sr^-1 m^-2, c = 1 or 3 (linear RGB); (n,) is taken as (n, 1).
-            Below zero only where ``sigma`` is above: noise and light that was subtracted leave
-            such values, and they are kept as they are.
-        sigma: standard error of ``radiance``: a scalar, (n,) or (n, c); 0 where it is exact.
-        material: a BRDF of `lightloc.brdf`, or anything with ``channels`` and ``bind``.
-        facets: (n, 3) geometric normals where they differ from the shading normals, as on a mesh
-            with smooth shading; light from below a facet does not reach it. ``normals`` where None.
-        interreflected: whether ``radiance`` holds interreflected light too, as a camera's does;
-            `localize` then removes it first (footnote 1).
+    All arguments are keywords.
 
-    Raises:
-        ValueError: no observation at all, lengths that differ, a value that is not finite, a
-            negative sigma, a negative radiance that is exact, a vector of length zero.
+    Parameters
+    ----------
+    positions : (n, 3) array
+        Points x on surfaces, in the unit of length.
+    normals : (n, 3) array
+        Shading normals on the side that is seen; normalized on entry.
+    directions : (n, 3) array, optional
+        From the surface to the viewer (the paper's omega). Only readings of irradiance do without.
+    radiance : (n, c) array
+        B(q) in W sr^-1 m^-2, c = 1 or 3 (linear RGB); (n,) is taken as (n, 1). Below zero only
+        where ``sigma`` is not 0: noise and light that was subtracted leave such values, and they
+        are kept as they are. In W m^-2 where the material is `Irradiance`.
+    sigma : scalar, (n,) or (n, c) array, optional
+        Standard error of ``radiance``; 0 where it is exact, None where nobody knows it: it is then
+        estimated together with the lights.
+    material : BRDF
+        One of `lightloc.brdf`, or anything with ``channels`` and ``bind``.
+    facets : (n, 3) array, optional
+        Geometric normals where they differ from the shading normals, as on a mesh with smooth
+        shading; light from below a facet does not reach it. ``normals`` where None.
+    interreflected : bool
+        Whether ``radiance`` holds interreflected light too, as a camera's does; `localize` then
+        removes it first (footnote 1).
+    regions : (n,) array of int, optional
+        Which region of ``region_names`` each point belongs to: points of one material.
+    region_names : sequence of str
+        Names of the regions.
+    saturated : (n,) array of bool, optional
+        Values that are only known to be at least ``radiance``; `localize` leaves them out.
+    step : float
+        Spacing of the values, where they are quantized: its rounding adds to ``sigma``.
+    unit : str
+        The unit of length, a word for prints and files: nothing in the arithmetic depends on it.
 
+    Raises
+    ------
+    ValueError
+        There is no observation at all, lengths differ, a value is not finite, a sigma or the step
+        is negative, a radiance is negative and exact, a vector has length zero, or a region has
+        no name.
+
+    Examples
+    --------
     >>> q = Observations(positions=[[0, 0, 0]], normals=[[0, 0, 1]], directions=[[0, 0, 1]],
     ...                  radiance=[0.3], sigma=0.0, material=brdf.Lambert(albedo=0.5))
-    >>> len(q), q.channels
-    (1, 1)
+    >>> len(q), q.channels, q.quantity
+    (1, 1, 'radiance')
     """
 
     positions: NDArray[np.float64]
     normals: NDArray[np.float64]
     directions: NDArray[np.float64]
     radiance: NDArray[np.float64]
-    sigma: NDArray[np.float64]
+    sigma: NDArray[np.float64] | None
     material: brdf.BRDF
     facets: NDArray[np.float64]
     interreflected: bool
+    regions: NDArray[np.intp]
+    region_names: tuple[str, ...]
+    saturated: NDArray[np.bool_]
+    step: float
+    unit: str
 
     def __init__(
         self,
         *,
         positions: ArrayLike,
         normals: ArrayLike,
-        directions: ArrayLike,
+        directions: ArrayLike | None = None,
         radiance: ArrayLike,
-        sigma: ArrayLike = 0.0,
+        sigma: ArrayLike | None = None,
         material: brdf.BRDF,
         facets: ArrayLike | None = None,
         interreflected: bool = False,
+        regions: ArrayLike | None = None,
+        region_names: Sequence[str] = ("",),
+        saturated: ArrayLike | None = None,
+        step: float = 0.0,
+        unit: str = "m",
     ) -> None:
         x = array("Observations.positions", positions, (None, 3))
         n = len(x)
         if n == 0:
             raise ValueError("Observations are empty; expected at least one observed point")
+        if not brdf.is_brdf(material):
+            raise ValueError(f"Observations.material is a {type(material).__name__}; not a BRDF")
+        if directions is None:
+            if not isinstance(material, brdf.Irradiance):
+                raise ValueError("Observations.directions are missing: towards the viewer")
+            directions = normals
         put = object.__setattr__
         put(self, "positions", x)
         put(self, "normals", unit_vectors("Observations.normals", normals, n))
         put(self, "directions", unit_vectors("Observations.directions", directions, n))
         put(self, "radiance", _per_channel("Observations.radiance", radiance, n, None, None))
-        put(self, "sigma", _per_channel("Observations.sigma", sigma, n, self.channels, 0.0))
-        check_radiance("Observations.radiance", self.radiance, self.sigma)
-        if not brdf.is_brdf(material):
-            raise ValueError(f"Observations.material is a {type(material).__name__}; not a BRDF")
+        put(self, "sigma", _sigma(sigma, self.radiance))
         if material.channels > self.channels:
             raise ValueError("Observations.radiance has 1 channel but the material has 3")
-        if isinstance(material, (brdf.Mixed, *MODELS)):
+        if isinstance(material, (brdf.Mixed, brdf.Parameters)):
             material.check_length(n)
         put(self, "material", material)
         facets = self.normals if facets is None else facets
         put(self, "facets", unit_vectors("Observations.facets", facets, n))
         put(self, "interreflected", bool(interreflected))
+        put(self, "region_names", tuple(str(name) for name in region_names))
+        most = len(self.region_names) - 1
+        put(self, "regions", _whole_numbers("Observations.regions", regions, n, most))
+        put(self, "saturated", _whole_numbers("Observations.saturated", saturated, n, 1) > 0)
+        put(self, "step", float(array("Observations.step", step, (), least=0.0)))
+        if not isinstance(unit, str) or not unit:
+            raise ValueError("Observations.unit is no word; expected the unit of length, as 'm'")
+        put(self, "unit", unit)
 
     def __len__(self) -> int:
         return len(self.positions)
@@ -106,89 +154,174 @@ class Observations:
         """Length of the bounding box's diagonal, metres."""
         return float(np.linalg.norm(np.diff(self.bounds, axis=0)))
 
+    @property
+    def quantity(self) -> Literal["radiance", "irradiance"]:
+        """What ``radiance`` holds: irradiance where the material is `Irradiance`."""
+        return "irradiance" if isinstance(self.material, brdf.Irradiance) else "radiance"
+
+    @property
+    def known_sigma(self) -> NDArray[np.float64]:
+        """(n, c) ``sigma``; raises ValueError where nobody knows it."""
+        if self.sigma is None:
+            raise ValueError("Observations.sigma is unknown; give it (0 where B is exact)")
+        return self.sigma
+
     def with_radiance(
-        self, radiance: ArrayLike, sigma: ArrayLike, interreflected: bool | None = None
+        self, radiance: ArrayLike, sigma: ArrayLike | None, interreflected: bool | None = None
     ) -> Observations:
-        """The same points with another B(q): a scalar, (n,) or (n, c), as ``sigma``."""
+        """The same points with another B(q) and its standard error.
+
+        Parameters
+        ----------
+        radiance : scalar, (n,) or (n, c) array
+            B(q), W sr^-1 m^-2.
+        sigma : scalar, (n,) or (n, c) array, or None
+            Its standard error; None where nobody knows it.
+        interreflected : bool, optional
+            Whether it holds interreflected light; as before where None.
+
+        Returns
+        -------
+        Observations
+
+        Raises
+        ------
+        ValueError
+            As of `Observations`.
+
+        Examples
+        --------
+        >>> q = Observations(positions=[[0, 0, 0]], normals=[[0, 0, 1]], directions=[[0, 0, 1]],
+        ...                  radiance=[0.3], material=brdf.Lambert(albedo=0.5))
+        >>> q.with_radiance(0.2, 0.01).radiance.tolist()
+        [[0.2]]
+        """
         n, c = self.radiance.shape
         B = _per_channel("Observations.radiance", radiance, n, c, None)
-        e = _per_channel("Observations.sigma", sigma, n, c, 0.0)
         both = self.interreflected if interreflected is None else interreflected
-        return replace(self, radiance=B, sigma=e, interreflected=both)
+        return replace(self, radiance=B, sigma=_sigma(sigma, B), interreflected=both)
+
+    def at(self, rows: ArrayLike) -> Observations:
+        """Some of the observations.
+
+        Parameters
+        ----------
+        rows : (m,) array
+            Their indices, or (n,) bool.
+
+        Returns
+        -------
+        Observations
+
+        Raises
+        ------
+        ValueError
+            No row is left.
+
+        Examples
+        --------
+        >>> q = Observations(positions=[[0, 0, 0], [1, 0, 0]], normals=[[0, 0, 1]] * 2,
+        ...                  radiance=[0.3, 0.2], material=brdf.Irradiance())
+        >>> q.at([False, True]).radiance.tolist()
+        [[0.2]]
+        """
+        some = np.arange(len(self))[np.asarray(rows)]
+        named = ("positions", "normals", "directions", "radiance", "facets")
+        return replace(
+            self,
+            **{name: getattr(self, name)[some] for name in (*named, "regions", "saturated")},
+            sigma=None if self.sigma is None else self.sigma[some],
+            material=brdf.rows_of(self.material, some, len(self)),
+        )
 
     def save(self, path: str | Path) -> None:
         """Write one ``.npz``, whole or not at all: same observations, same bytes.
 
-        Keys: ``format``; ``positions``, ``normals``, ``directions``, ``radiance``, ``sigma`` and
-        ``facets`` (may be left out) as above, float64; ``interreflected``, bool; ``material`` a
-        type name, its parameters as ``material.NAME``; for ``Mixed``, ``material.index`` and the
-        parts under ``material.0``, ``material.1`` ...
+        Keys: ``format``; ``positions``, ``normals``, ``directions``, ``radiance``, ``sigma``
+        (empty where nobody knows it) and ``facets`` (may be left out) as above, float64;
+        ``interreflected``, bool; ``material`` a type name, its parameters as ``material.NAME``;
+        for ``Mixed``, ``material.index`` and the parts under ``material.0``, ``material.1`` ...;
+        ``regions``, ``region_names``, ``saturated``, ``step`` and ``unit`` (may be left out).
+
+        Parameters
+        ----------
+        path : path
+            The file to be written.
+
+        Raises
+        ------
+        OSError
+            The folder is missing or can't be written to.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> q = Observations(positions=[[0, 0, 0]], normals=[[0, 0, 1]], directions=[[0, 0, 1]],
+        ...                  radiance=[0.3], material=brdf.Lambert(albedo=0.5), unit="cm")
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     q.save(f"{folder}/seen.npz")
+        ...     Observations.load(f"{folder}/seen.npz").unit
+        'cm'
         """
         keys: dict[str, Any] = {"format": np.array(FORMAT)}
-        for name in ("positions", "normals", "directions", "radiance", "sigma", "facets"):
-            keys[name] = getattr(self, name)
-        keys["interreflected"] = np.array(self.interreflected)
-        keys.update(_material_keys("material", self.material))
+        keys |= {name: np.asarray(getattr(self, name)) for name in STORED}
+        if self.sigma is None:
+            keys["sigma"] = np.zeros(0)
+        keys |= brdf.stored("material", self.material)
         with whole(path) as part, open(part, "wb") as file:
             np.savez_compressed(file, **keys)
 
     @staticmethod
     def load(path: str | Path) -> Observations:
-        """Read what `save` wrote.
+        """Read what `save` wrote, now or in a former version.
 
         A material that only its scene can give (a BSDF that `lightloc` does not model) comes
         back as `SceneMaterial`; `render.attach` puts the scene's own in its place.
-        Raises ValueError naming the file and the field.
+
+        Parameters
+        ----------
+        path : path
+            The file.
+
+        Returns
+        -------
+        Observations
+
+        Raises
+        ------
+        ValueError
+            Names the file and the field: there is none, it is broken, or of another format.
+
+        Examples
+        --------
+        >>> Observations.load("nowhere.npz")
+        Traceback (most recent call last):
+            ...
+        ValueError: nowhere.npz: no such file
         """
+        keys = archive(path, "observations", (FORMAT, *OLD_FORMATS))
         try:
-            # our own handle: np.load leaves one open where the archive is broken
-            with open(path, "rb") as stream, np.load(stream, allow_pickle=False) as file:
-                keys = {name: file[name] for name in file.files}
-        except FileNotFoundError:
-            raise ValueError(f"{path}: no such file") from None
-        except UNREADABLE:
-            raise ValueError(f"{path}: not an observations file (.npz)") from None
-        if str(keys.get("format")) != FORMAT:
-            found = keys.get("format")
-            said = "it names no format" if found is None else f"its format is '{found}'"
-            raise ValueError(f"{path}: no observations file: {said}; expected {FORMAT}")
-        try:
-            return Observations(
-                positions=keys["positions"],
-                normals=keys["normals"],
-                directions=keys["directions"],
-                radiance=keys["radiance"],
-                sigma=keys["sigma"],
-                material=_material_from("material", keys),
-                facets=keys.get("facets"),
-                interreflected=bool(keys["interreflected"]),
-            )
+            given: dict[str, Any] = {name: keys[name] for name in STORED if name in keys}
+            given |= {name: given[name].item() for name in ("step", "unit") if name in given}
+            for name in NEEDED:
+                keys[name]  # or it is missing
+            if not keys["sigma"].size:
+                given["sigma"] = None
+            return Observations(material=brdf.restored("material", keys), **given)
         except KeyError as missing:
             raise ValueError(f"{path}: field {missing} is missing") from None
         except (TypeError, ValueError) as error:
             raise ValueError(f"{path}: {error}") from None
 
 
-UNREADABLE = (  # what np.load, zipfile and zlib say of a file that is cut short or changed
-    OSError,
-    ValueError,
-    TypeError,
-    EOFError,
-    MemoryError,
-    RuntimeError,
-    zipfile.BadZipFile,
-    zlib.error,
+STORED = (
+    *("positions", "normals", "directions", "radiance", "sigma", "facets", "interreflected"),
+    *("regions", "region_names", "saturated", "step", "unit"),
 )
+"""Fields that a file holds beside the material."""
 
-
-@dataclass(frozen=True)
-class SceneMaterial:
-    """Stands in a file for a BSDF that only its scene can evaluate; see `render.attach`."""
-
-    channels: int = 1
-
-    def bind(self, n: int) -> brdf.Scatter:
-        raise ValueError("these observations use a BSDF of their scene; name the scene as well")
+NEEDED = ("positions", "normals", "directions", "radiance", "sigma", "interreflected")
+"""Those that it can't do without."""
 
 
 def _per_channel(
@@ -207,37 +340,19 @@ def _per_channel(
     return result
 
 
-def _material_keys(prefix: str, material: brdf.BRDF) -> dict[str, Any]:
-    if isinstance(material, brdf.Mixed):
-        keys = {prefix: np.array("Mixed"), f"{prefix}.index": material.index}
-        for b, part in enumerate(material.brdfs):
-            keys.update(_material_keys(f"{prefix}.{b}", part))
-        return keys
-    if isinstance(material, MODELS):
-        named = {f"{prefix}.{name}": value for name, value in material.parameters().items()}
-        return {prefix: np.array(type(material).__name__), **named}
-    return {
-        prefix: np.array("SceneMaterial"),
-        f"{prefix}.channels": np.array(material.channels),
-    }
+def _sigma(sigma: ArrayLike | None, radiance: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    if sigma is None:
+        return None
+    n, c = radiance.shape
+    error = _per_channel("Observations.sigma", sigma, n, c, 0.0)
+    check_radiance("Observations.radiance", radiance, error)
+    return error
 
 
-def _material_from(prefix: str, keys: dict[str, Any]) -> brdf.BRDF:
-    kind = str(keys[prefix])
-    if kind == "Mixed":
-        count = int(keys[f"{prefix}.index"].max()) + 1
-        while f"{prefix}.{count}" in keys:
-            count += 1
-        parts = tuple(_material_from(f"{prefix}.{b}", keys) for b in range(count))
-        return brdf.Mixed(parts, keys[f"{prefix}.index"])
-    if kind == "SceneMaterial":
-        return SceneMaterial(int(keys[f"{prefix}.channels"]))
-    for model in MODELS:
-        if kind == model.__name__:
-            named = {field.name: f"{prefix}.{field.name}" for field in fields(model)}
-            needed = {field.name for field in fields(model) if field.default is MISSING}
-            return model(**{k: keys[v] for k, v in named.items() if k in needed or v in keys})
-    raise ValueError(f"{prefix} is '{kind}'; expected one of Lambert, Conductor, Plastic, Mixed")
-
-
-MODELS = (brdf.Lambert, brdf.Conductor, brdf.Plastic)
+def _whole_numbers(name: str, value: ArrayLike | None, n: int, most: int) -> NDArray[np.intp]:
+    given = array(name, np.zeros(n) if value is None else value, (n,), least=0.0, most=most)
+    result = given.astype(np.intp)
+    if (given != result).any():
+        raise ValueError(f"{name} holds a value that is no whole number")
+    result.setflags(write=False)
+    return result

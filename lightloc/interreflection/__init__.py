@@ -7,12 +7,13 @@ For other rooms, in pipeline order:
 - `straight`: the direct part at intensity 1.
 - `spread`: the lights' standard errors from both parts together.
 - `Indirect`: renders the indirect light of a light of intensity 1.
+- `rendering`: makes one of a geometry that can render.
 - `rounds`: searches, renders, subtracts, and searches again.
 """
 
 from lightloc.interreflection.all_light import Split, spread, straight
 from lightloc.interreflection.footnote_1 import remove_indirect
-from lightloc.interreflection.rendered import Indirect, rounds
+from lightloc.interreflection.rendered import Indirect, rendering, rounds
 
 __all__ = [
     "remove_indirect",
@@ -20,5 +21,6 @@ __all__ = [
     "straight",
     "spread",
     "Indirect",
+    "rendering",
     "rounds",
 ]

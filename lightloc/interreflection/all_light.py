@@ -70,7 +70,7 @@ class Split:
     def sigma(self, intensities: NDArray[np.float64]) -> NDArray[np.float64]:
         """(n, c) standard error of B less the rendered part."""
         rendered = np.square(self.error * intensities).sum(axis=1)
-        return above_zero(np.sqrt(np.square(self.q.sigma) + rendered))
+        return above_zero(np.sqrt(np.square(self.q.known_sigma) + rendered))
 
     def residual(self, intensities: NDArray[np.float64]) -> NDArray[np.float64]:
         """(n, c) in standard errors."""

@@ -72,9 +72,40 @@ def remove_indirect(q: Observations, geometry: Geometry, seed: int = 0) -> Obser
     Works on scenes that are largely diffuse and observed almost everywhere. The removal's error
     is that of its rays, measured between independent groups, and `SYSTEMATIC` of the part
     removed for the interpolation.
+
+    Parameters
+    ----------
+    q : Observations
+        With interreflected light, and a known sigma.
+    geometry : Geometry
+        What rays from the observed points meet.
+    seed : int
+        Of those rays.
+
+    Returns
+    -------
+    Observations
+        The same points, without interreflected light.
+
+    Raises
+    ------
+    ValueError
+        Nobody knows sigma, or the observations are irradiance, which surfaces do not shine with.
+
+    Examples
+    --------
+    >>> import render
+    >>> room = render.load("sphere")
+    >>> q = render.observe(room, points=512, seed=0)
+    >>> direct = remove_indirect(q, room.geometry)
+    >>> bool((direct.radiance < q.radiance).all()), direct.interreflected
+    (True, False)
     """
+    known = q.known_sigma
+    if q.quantity == "irradiance":
+        raise ValueError("indirect light can't be removed from irradiance, only from radiance")
     more, error = indirect(q, geometry, seed)
-    sigma = np.sqrt(q.sigma**2 + error**2 + (SYSTEMATIC * more) ** 2)
+    sigma = np.sqrt(known**2 + error**2 + (SYSTEMATIC * more) ** 2)
     return q.with_radiance(q.radiance - more, sigma, interreflected=False)
 
 

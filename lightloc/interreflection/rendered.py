@@ -29,10 +29,12 @@ from lightloc.answer import (
 )
 from lightloc.fields import intensity_distance
 from lightloc.fit import Criterion, Fit, Problem, inseparable, level_of, resolution, working_sigma
-from lightloc.given import Observations, Options, PointLights
+from lightloc.given import Geometry, Interreflecting, Observations, Options, PointLights
 from lightloc.interreflection.all_light import Split, above_zero, spread, straight, together
 
-Indirect = Callable[[NDArray[np.float64]], tuple[NDArray[np.float64], NDArray[np.float64]]]
+Columns = tuple[NDArray[np.float64], NDArray[np.float64]]
+
+Indirect = Callable[[NDArray[np.float64]], Columns]
 """From (k, 3) positions to H(q, p) and its standard error, each (n, k, c), m^-2 sr^-1."""
 
 Search = Callable[[Observations, PointLights | None], Localization]
@@ -49,6 +51,28 @@ SETTLED = 0.3
 
 NEAR = 3.0
 """Standard errors of movement below which rounds refine what was found and search no more."""
+
+
+def rendering(
+    indirect: Indirect | int,
+    geometry: Geometry | None,
+    seen: Observations,
+    used: NDArray[np.bool_],
+    seed: int,
+) -> Indirect:
+    """H(q, p) at the observations that are used, rendered by the geometry or by a function."""
+    if callable(indirect):
+        given = indirect
+
+        def of_used(positions: NDArray[np.float64]) -> Columns:
+            H, error = given(positions)
+            return H[used], error[used]
+
+        return of_used
+    if not isinstance(geometry, Interreflecting):
+        raise ValueError("this geometry can't render interreflected light; give a function for it")
+    room, samples = geometry, indirect
+    return lambda positions: room.interreflection(positions, seen, samples, seed)
 
 
 def rounds(
@@ -152,7 +176,7 @@ def whole(
     criterion, direct = Criterion.of(o), split.direct(lights.intensities)
     z, cost = split.residual(lights.intensities), split.cost(lights.intensities)
     fit = Fit(lights, z, cost)
-    posed = replace(problem, radiance=direct.radiance, sigma=direct.sigma)
+    posed = replace(problem, radiance=direct.radiance, sigma=direct.known_sigma)
     top, _ = intensity_distance(direct, lights.positions, problem.geometry, margin=MARGIN)
     level = max(1.0, level_of(z))
     verdicts = [verdict for verdict in found.verdicts if verdict.kind is not Kind.MIRROR]
@@ -168,10 +192,10 @@ def whole(
         covariance=errors.covariance,
         bound=top,
         direct=direct.radiance,
-        sigma=direct.sigma,
+        sigma=direct.known_sigma,
         residual=z,
         chi2=cost / z.size,
-        outliers=int((np.abs(z) > o.outlier).sum()),
+        noise=replace(found.noise, outliers=np.abs(z) > o.outlier),
         inseparable=inseparable(lights, errors.position),
         resolution=resolution(posed, lights),
         certificate=certificate(posed, fit),

@@ -37,8 +37,8 @@ def published(
     radius = q.diagonal / 2
     if surface is None:
         surface = along_surface(q, region, o.threshold * radius)
-    noisy = bool((q.sigma > 0).any())
-    low_error = OF_THE_TRUTH * float(np.square(q.sigma).mean()) if noisy else LOW_ERROR
+    noisy = bool((q.known_sigma > 0).any())
+    low_error = OF_THE_TRUTH * float(np.square(q.known_sigma).mean()) if noisy else LOW_ERROR
     if o.low_error is not None:
         low_error = o.low_error
     o = replace(

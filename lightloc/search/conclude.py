@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from lightloc.answer import (
+    Count,
     Kind,
     Localization,
     Reason,
@@ -41,7 +42,7 @@ def concluded(
         *too_few(problem, lights),
         *mirrored(problem, lights, level, criterion, o),
         *hidden(view.dictionary.grid, view.dictionary.unseen, problem.geometry, problem.axes),
-        *spread_out(wide.width),
+        *spread_out(wide.width, problem.unit),
     ]
     few = any(verdict.kind is Kind.TOO_FEW for verdict in verdicts)
     if not len(lights) and few:
@@ -66,5 +67,16 @@ def concluded(
         width=wide.width,
         certificate=peak,
         verdicts=tuple(verdicts),
+        counts=tried(ladder, fit),
     )
     return judged(found, problem, o)
+
+
+def tried(ladder: Ladder, fit: Fit) -> tuple[Count, ...]:
+    """The best of each count of lights, with the answer's own lights in their place."""
+    problem, fits = ladder.view.tight, ladder.fits
+    likely = ladder.view.criterion.likely(problem, fits)
+    return tuple(
+        Count(fit.lights if len(one) == len(fit) else one.lights, one.cost / problem.rows, share)
+        for one, share in zip(fits, likely, strict=True)
+    )

@@ -11,7 +11,8 @@ import pytest
 import render
 from lightloc import Lambert, PointLights, radiance
 from render.film import borrow, smooth
-from render.observe import direct, observations, probe
+from render.observe import observations
+from render.transport import direct, probe
 from render.view import DIFFUSE, NOTHING
 
 WIDTH = 64  # pixels; the standard scenes' own 320 are five times as many
@@ -85,8 +86,8 @@ def test_pixels_are_what_probes_would_be(name, view):
     """Probes sent to the pixels' points from the camera make the same observations."""
     room, seen = view(name)
     q = render.observe_view(seen, room)
-    si = probe(room, q.positions, q.directions)
-    p = observations(si, direct(room, si), np.zeros((len(q), 3)), room)
+    si = probe(room.scene, q.positions, q.directions)
+    p = observations(si, direct(room.scene, si), np.zeros((len(q), 3)), room)
     np.testing.assert_allclose(q.positions, p.positions, atol=1e-5)
     for field in ("normals", "facets", "directions"):
         np.testing.assert_allclose(getattr(q, field), getattr(p, field), atol=1e-4)

@@ -17,7 +17,7 @@ import render
 import validation
 from lightloc import PointLights, shading_gradient
 from render.descent import Adam, Lamps, optimize
-from render.observe import probe
+from render.transport import probe
 
 POINTS = 512
 AGREE = 1e-4  # of the sum of absolute terms: a few float32 roundings of each (measured: 2e-6)
@@ -34,7 +34,7 @@ def test_the_radiance_of_the_lamps_is_what_is_observed(load):
     room = load("box_occluder")
     q, lamps = observe(room), Lamps.of(room, len(room.lights))
     lamps.put(*lit(room.lights))
-    B = np.array(lamps.radiance(probe(lamps.room, q.positions, q.directions)), float).T
+    B = np.array(lamps.radiance(probe(lamps.room.scene, q.positions, q.directions)), float).T
     np.testing.assert_allclose(B[:, :1], q.radiance, rtol=AGREE, atol=AGREE * q.radiance.mean())
 
 
@@ -58,7 +58,7 @@ def test_derivatives_are_lightlocs(name, load, rng):
     (p,), (I,) = lit(PointLights(room.lights.positions[:1], room.lights.intensities[:1]))
     dr.enable_grad(p)
     lamps.put([p], [I])
-    si = probe(lamps.room, q.positions, q.directions)
+    si = probe(lamps.room.scene, q.positions, q.directions)
     dr.backward(dr.sum(lamps.radiance(si).x * mi.Float(weight.astype(np.float32))))
     _, gradient = shading_gradient(q, room.lights.positions[:1], room.geometry)
     terms = weight[:, None] * gradient[:, 0, 0] * room.lights.intensities[0, 0]

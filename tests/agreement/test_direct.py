@@ -8,7 +8,8 @@ import pytest
 
 import render
 from lightloc import Observations, PointLights, radiance, shading
-from render.observe import PROBE_SHARE, add_noise
+from render.observe import add_noise
+from render.transport import PROBE_SHARE
 
 POINTS = 4096
 ROUNDING = 1e-4  # of B: some twenty float32 roundings, each over a cosine of 0.01 at worst

@@ -6,11 +6,14 @@ H = rho / pi * rho / (1 - rho) / R^2 to every point of the wall by way of all ot
 
 from __future__ import annotations
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import render
-from lightloc import Lambert, PointLights, shading
+from lightloc import Irradiance, Lambert, PointLights, Way, localize, shading
 from render.interreflection import interreflected
 
 POINTS, SPP = 1024, 256
@@ -81,6 +84,29 @@ def test_same_paths(load):
     assert np.median(np.abs(elsewhere / here - 1)) > 0.05  # negative control: other paths
 
 
+def test_a_geometry_renders_what_a_function_gives(load):
+    """``indirect=N`` is the geometry's own rendering: the answer of `render.interreflected`."""
+    room = load("box_two")
+    q = render.observe(room, points=512, spp=64, seed=0)
+    own = localize(q, room.geometry, indirect=32, seed=3)
+    given = localize(q, room.geometry, indirect=interreflected(room, q, spp=32, seed=3), seed=3)
+    assert own.way is given.way is Way.RENDERED
+    assert (own.lights.positions == given.lights.positions).all()
+    assert (own.intensity_error == given.intensity_error).all()
+    assert localize(q, room.geometry).way is Way.GATHERED
+
+
+def test_rendered_for_what_is_left(load):
+    """Where saturated points are left out, a function is asked for the others alone."""
+    room = load("box_two")
+    q = render.observe(room, points=512, spp=64, seed=0)
+    bright = q.radiance[:, 0] > np.quantile(q.radiance, 0.98)
+    H = interreflected(room, q, spp=32)
+    found = localize(replace(q, saturated=bright), room.geometry, indirect=H)
+    assert np.isnan(found.residual[bright]).all()
+    assert np.isfinite(found.residual[~bright]).all()
+
+
 def test_grey_material(load):
     """Grey observations get one channel."""
     room = load("box_one")
@@ -90,10 +116,20 @@ def test_grey_material(load):
 
 
 def test_refuses(load, refuses):
-    """A standard error needs two samples; positions are (k, 3)."""
+    """A standard error needs two samples; positions are (k, 3); a meter is no surface."""
     room = load("box_one")
     q = render.observe(room, points=16, seed=0, transport="direct")
     with refuses("interreflected expects spp >= 2"):
         interreflected(room, q, spp=1)
     with refuses("positions"):
         interreflected(room, q, spp=2)([[0.0, 1.0]])
+    with refuses("interreflected light takes at least 2 samples"):
+        room.geometry.interreflection(room.lights.positions, q, 1)
+    with refuses("interreflected irradiance"):
+        interreflected(room, replace(q, material=Irradiance()))(room.lights.positions)
+    both = replace(q, interreflected=True)
+    bare = SimpleNamespace(visible=room.geometry.visible, intersect=room.geometry.intersect)
+    with refuses("this geometry can't render"):
+        localize(both, bare, indirect=16)
+    with refuses("indirect light can't be removed from irradiance"):
+        localize(replace(both, material=Irradiance()), room.geometry)

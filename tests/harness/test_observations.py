@@ -3,10 +3,22 @@ is refused in a sentence that names it."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from lightloc import Conductor, Lambert, Mixed, Observations, Plastic, PointLights
+from lightloc import (
+    Conductor,
+    Irradiance,
+    Lambert,
+    Mixed,
+    Observations,
+    Plastic,
+    PointLights,
+    radiance,
+)
 from lightloc.brdf.models import BRDF
 
 ARRAYS = ("positions", "normals", "directions", "radiance", "sigma", "facets")
@@ -74,6 +86,48 @@ def test_interreflected_is_remembered(tmp_path, rng):
         q = four(Lambert(albedo=0.5), rng)
         q.with_radiance(q.radiance, q.sigma, both).save(tmp_path / "q.npz")
         assert Observations.load(tmp_path / "q.npz").interreflected is both
+
+
+def test_what_is_known_beside_radiance(tmp_path, rng):
+    """Regions, clipped values, steps and the unit come back too; an unknown sigma stays unknown."""
+    q = four(MATERIALS["lambert"], rng).with_radiance(np.ones((4, 3)), None)
+    told = {
+        "regions": np.array([1, 0, 1, 1]),
+        "region_names": ("wall", "floor"),
+        "saturated": np.array([True, False, False, True]),
+        "step": 0.125,
+        "unit": "cm",
+    }
+    replace(q, **told).save(tmp_path / "q.npz")
+    read = Observations.load(tmp_path / "q.npz")
+    assert read.sigma is None
+    for name, value in told.items():
+        np.testing.assert_array_equal(getattr(read, name), value)
+        assert type(getattr(read, name)) is type(value)
+
+
+def test_irradiance_in_a_file(tmp_path):
+    """A meter's readings stay readings."""
+    E = Observations(
+        positions=np.eye(3), normals=np.eye(3), radiance=[1, 2, 3], material=Irradiance()
+    )
+    E.save(tmp_path / "E.npz")
+    assert Observations.load(tmp_path / "E.npz").quantity == "irradiance"
+
+
+def test_the_first_format(tmp_path):
+    """A file of the first format is read, with what it could not say at its default, and saved in
+    the present one."""
+    old = Path(__file__).parent / "old" / "observations-1.npz"
+    assert str(np.load(old)["format"]) == "lightloc-observations-1"
+    q = Observations.load(old)
+    assert (len(q), q.channels, q.interreflected, q.unit, q.step) == (8, 3, True, "m", 0.0)
+    assert not q.saturated.any()
+    light = PointLights([[0, 0, 1]], [[1, 2, 3]])
+    np.testing.assert_allclose(radiance(q, light), q.radiance, rtol=1e-6)
+    q.save(tmp_path / "new.npz")
+    assert str(np.load(tmp_path / "new.npz")["format"]) == "lightloc-observations-2"
+    np.testing.assert_array_equal(Observations.load(tmp_path / "new.npz").radiance, q.radiance)
 
 
 def test_same_observations_same_bytes(tmp_path, rng):

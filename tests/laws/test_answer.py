@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import json
+from dataclasses import replace
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
 from lightloc import (
+    Assumption,
     Localization,
     Observations,
     Options,
     PointLights,
+    Way,
     cramer_rao,
     intensity_distance,
     localize,
@@ -88,3 +94,76 @@ def test_one_light_that_moves_is_movement(found):
     assert movement(found, PointLights(p, I)) == pytest.approx(2)
     I[2] -= 5 * found.intensity_error[2]
     assert movement(found, PointLights(p, I)) == pytest.approx(5)
+
+
+def test_a_file_brings_back_the_answer(found, tmp_path):
+    """Saved and loaded, an answer prints alike and is equal to the bit, observation by
+    observation."""
+    found = replace(found, certificate=np.nan, way=Way.GATHERED)
+    found.save(tmp_path / "found.npz")
+    read = Localization.load(tmp_path / "found.npz")
+    assert str(read) == str(found)
+    assert read.to_dict() == found.to_dict()
+    for one, other in zip(everything(read), everything(found), strict=True):
+        np.testing.assert_array_equal(one, other)
+    for name in ("reason", "way", "history", "verdicts", "inseparable", "assumed"):
+        assert getattr(read, name) == getattr(found, name)
+    found.save(tmp_path / "again.npz")
+    assert (tmp_path / "again.npz").read_bytes() == (tmp_path / "found.npz").read_bytes()
+
+
+def everything(found):
+    """All arrays of an answer."""
+    own = [value for value in vars(found).values() if isinstance(value, np.ndarray)]
+    lights = [found.lights, *(count.lights for count in found.counts)]
+    parts = [part for some in lights for part in (some.positions, some.intensities)]
+    return [*own, *parts, found.noise.outliers]
+
+
+def test_the_answer_as_json_holds_the_lights(found, tmp_path):
+    """`PointLights.load` reads it; what is unknown is null, and no number is none."""
+    path = tmp_path / "found.json"
+    path.write_text(json.dumps(replace(found, certificate=np.inf).to_dict(), allow_nan=False))
+    read = PointLights.load(path)
+    np.testing.assert_array_equal(read.positions, found.lights.positions)
+    np.testing.assert_array_equal(read.intensities, found.lights.intensities)
+    answer = json.loads(path.read_text())
+    assert answer["certificate"] is None
+    assert answer["noise"]["outliers"] == 2
+    assert answer["assumed"] == ["ISOTROPIC", "MATERIALS", "NO_AMBIENT", "ERRORS"]
+
+
+@pytest.mark.parametrize("harm", ["cut", "field", "format"])
+def test_a_broken_answer_is_refused(found, tmp_path, refuses, harm):
+    """The file is named, and what is wrong with it."""
+    path = tmp_path / "found.npz"
+    found.save(path)
+    if harm == "cut":
+        path.write_bytes(path.read_bytes()[:1000])
+    else:
+        keys = dict(np.load(path))
+        if harm == "field":
+            del keys["residual"]
+        else:
+            keys["format"] = np.array("lightloc-localization-99")
+        np.savez(path, **keys)
+    with refuses(str(path)):
+        Localization.load(path)
+
+
+def test_each_count_and_how_likely(seen, found):
+    """The answer's count is the likeliest; its lights are the answer's own."""
+    by_count = {len(count.lights): count for count in found.counts}
+    assert {0, 1, 2, 3} <= by_count.keys()
+    assert by_count[3].likely == 1
+    np.testing.assert_array_equal(by_count[3].lights.positions, found.lights.positions)
+    assert max(by_count[k].likely for k in (0, 1, 2)) < 1e-6
+    chi2 = [count.chi2 for count in found.counts]
+    assert all(more <= fewer for fewer, more in pairwise(chi2))
+
+
+def test_what_is_assumed(seen, found):
+    """What is asked of the data is assumed no more."""
+    asked = localize(seen, options=Options(ambient=True, noise="estimate"))
+    assert set(found.assumed) - set(asked.assumed) == {Assumption.NO_AMBIENT, Assumption.ERRORS}
+    assert Assumption.ISOTROPIC in asked.assumed

@@ -1,6 +1,6 @@
 """dS/dp of `shading_gradient` is the derivative of S, for our BRDFs and for Mitsuba's."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import drjit as dr
@@ -36,12 +36,7 @@ def tolerance(q: lightloc.Observations, alpha: float, eps: float) -> float:
 
 def away(q: lightloc.Observations) -> lightloc.Observations:
     """Only the observations at least 0.5 m from the light: a lobe must be wide against STEP."""
-    keep = np.linalg.norm(q.positions - LIGHT, axis=1) > 0.5
-    material = q.material
-    if isinstance(material, lightloc.Mixed):
-        material = lightloc.Mixed(material.brdfs, material.index[keep])
-    rows = ("positions", "normals", "directions", "radiance", "sigma")
-    return replace(q, material=material, **{name: getattr(q, name)[keep] for name in rows})
+    return q.at(np.linalg.norm(q.positions - LIGHT, axis=1) > 0.5)
 
 
 def test_gradient(sample, facing, eps):

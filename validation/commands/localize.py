@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -13,9 +12,7 @@ from validation.commands.outputs import SEED, SET, parameters, writable
 from validation.jobs import ready, write_json
 
 if TYPE_CHECKING:
-    from lightloc import Localization, Observations, Options, Paper
-    from lightloc.interreflection import Indirect
-    from render import Room
+    from lightloc import Options, Paper
 
 
 class Method(StrEnum):
@@ -80,56 +77,15 @@ def localize_command(
             room.geometry if room else None,
             method=method.value,
             options=_options(method, ambient, noise),
-            indirect=_indirect(room, seen, rendered, seed),
+            indirect=rendered or None,
             seed=seed,
             watch=lambda step: bar.say(f"{step.lights} lights, chi-square {step.chi2:.3g}"),
         )
-        save(found, ready(out))
+        write_json(ready(out), found.to_dict())
     print(found)
-
-
-def save(found: Localization, path: Path) -> None:
-    """Write the answer as JSON, which `PointLights.load` reads too; null where nothing is known."""
-    rows = zip(
-        found.lights.positions,
-        found.lights.intensities,
-        found.position_error,
-        found.intensity_error,
-        found.bound,
-        found.width,
-        strict=True,
-    )
-    names = ("position", "intensity", "position_error", "intensity_error", "bound", "width")
-    answer = {
-        "lights": [dict(zip(names, map(_known, row), strict=True)) for row in rows],
-        "reason": found.reason.name,
-        "verdicts": [
-            {"kind": v.kind.name, "lights": v.lights, "sentence": v.sentence}
-            for v in found.verdicts
-        ],
-        "chi2": _known(found.chi2),
-        "certificate": _known(found.certificate),
-        "ambient": _known(found.ambient),
-    }
-    write_json(path, answer)
-
-
-def _known(value: Any) -> Any:
-    """Numbers as JSON has them: no infinity, and nothing that is no number."""
-    if hasattr(value, "tolist"):
-        value = value.tolist()
-    if isinstance(value, list):
-        return [_known(v) for v in value]
-    return value if math.isfinite(value) else None
 
 
 def _options(method: Method, ambient: bool, noise: Noise) -> Options | Paper | None:
     from lightloc import Options
 
     return Options(ambient=ambient, noise=noise.value) if method is Method.search else None
-
-
-def _indirect(room: Room | None, seen: Observations, spp: int, seed: int) -> Indirect | None:
-    import render
-
-    return render.interreflected(room, seen, spp=spp, seed=seed) if room and spp else None

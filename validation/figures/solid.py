@@ -62,12 +62,13 @@ class Solid:
 
     def low_error(self) -> float:
         """The MSE at which lights explain B: of the noise, or of the arithmetic without any."""
-        B, sigma = self.q.radiance, self.q.sigma
+        B, sigma = self.q.radiance, self.q.known_sigma
         return SAME_AS_TRUTH * float(np.square(B).mean()) + 1.05 * float(np.square(sigma).mean())
 
     def steps(self) -> Iterator[State]:
         """The published algorithm with these options."""
-        sigma = self.q.sigma if (self.q.sigma > 0).all() else np.ones_like(self.q.sigma)
+        sigma = self.q.known_sigma
+        sigma = sigma if (sigma > 0).all() else np.ones_like(sigma)
         problem = Problem.of(self.q, sigma, self.room.geometry, self.q.bounds)
         return iterate(problem, self.surface, self.radius, self.low_error(), self.options)
 

@@ -77,7 +77,7 @@ def data(watch: Callable[[float], None]) -> Data:
         room, points=POINTS, seed=SEED, transport="direct", noise=NOISE, shapes=WALLS
     )
     some = np.flatnonzero(q.radiance[:, 0] > LIT * q.radiance.mean())
-    problem = Problem.of(q, q.sigma, room.geometry, q.bounds).rows_of(some)
+    problem = Problem.of(q, q.known_sigma, room.geometry, q.bounds).rows_of(some)
     o, radius = OPTIONS_HERE, q.diagonal / 2
     surface = Geodesic.of(q.positions[some], q.normals[some], o.threshold * radius)
     grid = grid_over(problem.bounds, o)

@@ -151,7 +151,7 @@ def furthest(found: PointLights, true: PointLights) -> float | None:
 
 def problem(q: Observations) -> Problem:
     """The least squares that every column minimizes: weighted where the noise is known."""
-    sigma = q.sigma if (q.sigma > 0).all() else np.ones_like(q.sigma)
+    sigma = q.known_sigma if (q.known_sigma > 0).all() else np.ones_like(q.known_sigma)
     return Problem.of(q, sigma, None, q.bounds)
 
 

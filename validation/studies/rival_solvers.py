@@ -130,7 +130,7 @@ RIVALS = (
 
 def _problem(q: Observations, room: Room) -> Problem:
     """The least squares that the rivals minimize, weighted by the observations' own errors."""
-    sigma = np.maximum(q.sigma, DARK * np.median(q.sigma, axis=0))
+    sigma = np.maximum(q.known_sigma, DARK * np.median(q.known_sigma, axis=0))
     if not sigma.all():  # exact: any weight will do
         sigma = np.broadcast_to(np.maximum(q.radiance.mean(axis=0), 1e-30), sigma.shape)
     return Problem.of(q, sigma, room.geometry, room.bounds)

@@ -15,7 +15,7 @@ def most(seen: Observations, room: render.Room, indirect: Indirect, off: Toleran
     Both kinds of light tell, B has its error, and so has what is rendered at the true lights.
     """
     q = seen.with_radiance(seen.radiance, working_sigma(seen, Options()))
-    problem = Problem.of(q, q.sigma, room.geometry, q.bounds)
+    problem = Problem.of(q, q.known_sigma, room.geometry, q.bounds)
     columns = indirect(room.lights.positions)
     split = Split(q, straight(problem, room.lights), *columns, Options().outlier)
     bound = spread(split, room.lights, problem)

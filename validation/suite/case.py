@@ -152,7 +152,7 @@ def rerender(case: Case, room: Room, seen: Observations, lights: PointLights) ->
         seed=case.seed + OTHER_SEED,
     )
     mean = seen.radiance.mean()
-    sigma = np.sqrt(seen.sigma**2 + again.sigma**2 + (ROUNDING * mean) ** 2)
+    sigma = np.sqrt(seen.known_sigma**2 + again.known_sigma**2 + (ROUNDING * mean) ** 2)
     difference = again.radiance - seen.radiance
     z = difference / sigma
     return Rerender(

@@ -1,0 +1,129 @@
+"""The fields of a `Localization`, by name, as plain values and as a file."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lightloc.answer.basis import Assumption, Count, Noise, NoiseLaw, Way
+from lightloc.answer.verdicts import Kind, Verdict
+from lightloc.files import archive, whole
+from lightloc.given import PointLights
+
+FORMAT = "lightloc-localization-1"
+
+ARRAYS = (
+    *("position_error", "intensity_error", "covariance", "bound", "resolution", "width"),
+    *("residual", "direct", "sigma", "ambient"),
+)
+"""Fields that are arrays."""
+
+
+def plain(found: Mapping[str, Any]) -> dict[str, Any]:
+    """The answer without what it says of each observation, as JSON has it; None where unknown."""
+    rows = zip(
+        found["lights"].positions,
+        found["lights"].intensities,
+        found["position_error"],
+        found["intensity_error"],
+        found["bound"],
+        found["width"],
+        strict=True,
+    )
+    names = ("position", "intensity", "position_error", "intensity_error", "bound", "width")
+    return {
+        "format": FORMAT,
+        "unit": found["unit"],
+        "lights": [dict(zip(names, map(known, row), strict=True)) for row in rows],
+        "reason": found["reason"].name,
+        "verdicts": [
+            {"kind": v.kind.name, "lights": list(v.lights), "sentence": v.sentence}
+            for v in found["verdicts"]
+        ],
+        "chi2": known(found["chi2"]),
+        "certificate": known(found["certificate"]),
+        "ambient": known(found["ambient"]),
+        "noise": {
+            "law": found["noise"].law.name,
+            "scale": known(found["noise"].scale),
+            "scale_error": known(found["noise"].scale_error),
+            "outliers": int(found["noise"].outliers.sum()),
+        },
+        "counts": [
+            {"lights": len(c.lights), "chi2": known(c.chi2), "likely": known(c.likely)}
+            for c in found["counts"]
+        ],
+        "relative": found["relative"],
+        "assumed": [assumption.name for assumption in found["assumed"]],
+        "way": found["way"].name,
+    }
+
+
+def known(value: Any) -> Any:
+    """Numbers as JSON has them: no infinity, and nothing that is no number.
+
+    >>> known(np.array([1.5, np.nan]))
+    [1.5, None]
+    """
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, list):
+        return [known(v) for v in value]
+    return value if math.isfinite(value) else None
+
+
+def write(found: Mapping[str, Any], path: str | Path) -> None:
+    """Write ``.npz``: `plain` as JSON under ``answer``, and all that is an array by its name."""
+    answer = plain(found) | {
+        "chi2": found["chi2"],
+        "certificate": found["certificate"],
+        "inseparable": found["inseparable"],
+        "history": [vars(step) for step in found["history"]],
+    }
+    keys: dict[str, Any] = {"format": np.array(FORMAT), "answer": np.array(json.dumps(answer))}
+    keys |= {name: found[name] for name in ARRAYS}
+    keys |= {"outliers": found["noise"].outliers}
+    sets = {"": found["lights"]} | {f"counts.{i}.": c.lights for i, c in enumerate(found["counts"])}
+    for prefix, lights in sets.items():
+        keys[f"{prefix}positions"] = lights.positions
+        keys[f"{prefix}intensities"] = lights.intensities
+    with whole(path) as part, open(part, "wb") as file:
+        np.savez_compressed(file, **keys)
+
+
+def read(path: str | Path) -> dict[str, Any]:
+    """What `write` wrote; of the reason and the steps, their plain values.
+
+    Raises ValueError naming the file, and the field where one is missing or unknown.
+    """
+    keys = archive(path, "localization", (FORMAT,))
+
+    def lights(prefix: str = "") -> PointLights:
+        return PointLights(keys[f"{prefix}positions"], keys[f"{prefix}intensities"])
+
+    answer = json.loads(str(keys["answer"]))
+    noise, counts = answer["noise"], answer["counts"]
+    return {
+        "lights": lights(),
+        **{name: keys[name] for name in ARRAYS},
+        **{name: answer[name] for name in ("chi2", "certificate", "relative", "unit")},
+        "inseparable": tuple((a, b) for a, b in answer["inseparable"]),
+        "verdicts": tuple(
+            Verdict(Kind[v["kind"]], tuple(v["lights"]), v["sentence"]) for v in answer["verdicts"]
+        ),
+        "noise": Noise(
+            NoiseLaw[noise["law"]], noise["scale"], noise["scale_error"], keys["outliers"]
+        ),
+        "counts": tuple(
+            Count(lights(f"counts.{i}."), c["chi2"], c["likely"]) for i, c in enumerate(counts)
+        ),
+        "assumed": tuple(Assumption[name] for name in answer["assumed"]),
+        "way": Way[answer["way"]],
+        "reason": answer["reason"],
+        "history": answer["history"],
+    }

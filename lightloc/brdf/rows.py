@@ -1,0 +1,52 @@
+"""The materials of some of the observations."""
+
+from __future__ import annotations
+
+from copy import copy
+from dataclasses import dataclass, field
+
+import drjit as dr
+import numpy as np
+from numpy.typing import NDArray
+
+from lightloc.backend import types
+from lightloc.brdf.models import BRDF, Mixed, Scatter
+from lightloc.brdf.parameters import Parameters
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Some rows of a material of ``n`` points that lightloc can't take apart."""
+
+    material: BRDF
+    rows: NDArray[np.intp] = field(repr=False)
+    n: int
+
+    @property
+    def channels(self) -> int:
+        return self.material.channels
+
+    def bind(self, n: int) -> Scatter:
+        if len(self.rows) != n:
+            raise ValueError(f"the material has {len(self.rows)} points; expected {n}")
+        f, whole = types(), self.material.bind(self.n)
+        of = f.UInt32(self.rows.astype(np.uint32))
+        return lambda i, normal, l, w: whole(dr.gather(f.UInt32, of, i), normal, l, w)
+
+
+def rows_of(material: BRDF, rows: NDArray[np.intp], n: int) -> BRDF:
+    """The material of some of n points, by their indices.
+
+    >>> from lightloc.brdf import Lambert
+    >>> rows_of(Lambert(albedo=[0.1, 0.2, 0.4, 0.8]), np.array([3, 0]), 4).albedo.ravel().tolist()
+    [0.8, 0.1]
+    """
+    if isinstance(material, Mixed):
+        parts = tuple(rows_of(part, rows, n) for part in material.brdfs)
+        return Mixed(parts, material.index[rows])
+    if not isinstance(material, Parameters):
+        return Rows(material, rows, n)
+    some = copy(material)
+    for name, value in material.parameters().items():
+        object.__setattr__(some, name, value if len(value) == 1 else value[rows])
+    return some

@@ -1,0 +1,188 @@
+"""What a search is given besides B: errors nobody knows, values that are no values, units."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from lightloc import (
+    Irradiance,
+    Lambert,
+    NoiseLaw,
+    Observations,
+    Options,
+    PointLights,
+    cramer_rao,
+    localize,
+    radiance,
+    remove_indirect,
+    shading,
+)
+from lightloc.answer import Kind
+from lightloc.brdf import rows_of
+from lightloc.fit import working_sigma
+from lightloc.interreflection import rendering
+from validation.rooms.plane import rooms
+
+ROOM = rooms(2, count=1)[0]
+
+
+def said(found):
+    return [
+        found.lights.positions.tolist(),
+        found.lights.intensities.tolist(),
+        found.position_error.tolist(),
+        found.reason,
+        [v.sentence for v in found.verdicts],
+    ]
+
+
+def test_an_unknown_sigma_is_estimated():
+    """Without a sigma the answer is that of "estimate", and says what the errors came to."""
+    q = ROOM.observe(noise=0.02)
+    unknown = q.with_radiance(q.radiance, None)
+    assert Observations(**fields_without_sigma(q)).sigma is None
+    found = localize(unknown)
+    assert said(found) == said(
+        localize(q.with_radiance(q.radiance, 0.0), options=Options(noise="estimate"))
+    )
+    assert found.noise.law is NoiseLaw.ESTIMATED
+    # sqrt(B) k is the law that is presumed: only its scale was unknown
+    bright = q.radiance > np.median(q.radiance)
+    ratio = np.median(found.sigma[bright] / q.sigma[bright])
+    assert abs(ratio - 1) < 5 * found.noise.scale_error / found.noise.scale
+    assert localize(q).noise.law is NoiseLaw.GIVEN
+
+
+def fields_without_sigma(q):
+    return {
+        name: getattr(q, name)
+        for name in ("positions", "normals", "directions", "radiance", "material")
+    }
+
+
+def test_what_needs_a_sigma_refuses_without(refuses):
+    """Nothing takes an unknown error for none."""
+    q = ROOM.observe(noise=0.02)
+    q = q.with_radiance(q.radiance, None)
+    for need in (
+        lambda: localize(q, method="paper"),
+        lambda: cramer_rao(q, ROOM.lights),
+        lambda: remove_indirect(q, ROOM.geometry),
+    ):
+        with refuses("Observations.sigma is unknown"):
+            need()
+
+
+def test_saturated_values_are_left_out():
+    """What a sensor clipped says nothing: the answer is that of the other observations."""
+    q = ROOM.observe(noise=0.01)
+    top = np.quantile(q.radiance, 0.9)
+    clipped = q.radiance[:, 0] > top
+    B = np.minimum(q.radiance, top)
+    seen = replace(q, radiance=B, saturated=clipped)
+    found = localize(seen)
+    assert said(found) == said(localize(q.at(~clipped)))
+    assert np.isnan(found.residual[clipped]).all()
+    assert np.isfinite(found.residual[~clipped]).all()
+    assert len(found.lights) == len(ROOM.lights)
+    # as values, what was clipped is explained by no light
+    assert Kind.UNEXPLAINED in {v.kind for v in localize(replace(q, radiance=B)).verdicts}
+
+
+def test_steps_add_the_error_of_rounding():
+    """Rounding to steps adds their variance, step^2 / 12, to that of the noise."""
+    q = ROOM.observe(noise=0.02)
+    step = 2 * float(np.median(q.sigma))
+    rounded = replace(q, radiance=step * np.round(q.radiance / step), step=step)
+    sigma = working_sigma(rounded, Options())
+    np.testing.assert_allclose(sigma**2, q.sigma**2 + step**2 / 12, rtol=1e-6)
+    z = (rounded.radiance - radiance(q, ROOM.lights)) / sigma
+    assert abs(np.square(z).mean() - 1) < 5 * np.sqrt(2 / z.size)
+    coarse = replace(q.with_radiance(rounded.radiance.clip(0), 0.0), step=step)
+    assert localize(coarse).noise.law is NoiseLaw.GIVEN  # exact but for its steps
+
+
+def test_a_meter_reads_irradiance(rng):
+    """E = I cos / d^2, of any viewing direction; and lights are found from such readings."""
+    x = rng.uniform(-2, 2, (400, 3)) * [1, 1, 0]
+    up = np.tile([0.0, 0.0, 1.0], (400, 1))
+    lights = PointLights([[0.5, 0.3, 1.2], [-1.0, -0.6, 0.9]], [20.0, 12.0])
+    dark = Observations(positions=x, normals=up, radiance=np.zeros(400), material=Irradiance())
+    to = lights.positions[None] - x[:, None]
+    d = np.linalg.norm(to, axis=2)
+    expected = (lights.intensities[:, 0] * to[..., 2] / d**3).sum(axis=1)
+    E = radiance(dark, lights)
+    np.testing.assert_allclose(E[:, 0], expected, rtol=1e-5)
+    assert dark.quantity == "irradiance"
+    q = dark.with_radiance(E, 0.0)
+    found = localize(q, bounds=[[-2, -2, 0.1], [2, 2, 2]])
+    order = np.argsort(-lights.intensities[:, 0])
+    np.testing.assert_allclose(found.lights.positions, lights.positions[order], atol=1e-3)
+
+
+def test_the_unit_is_a_word():
+    """Nothing depends on it but what is printed."""
+    q = ROOM.observe(noise=0.02)
+    found = localize(q), localize(replace(q, unit="cm"))
+    np.testing.assert_array_equal(*(f.lights.positions for f in found))
+    assert str(found[1]) == str(found[0]).replace(" m ", " cm ")
+    assert ") cm " in str(found[1])
+
+
+def test_rows_of_a_material(sample, facing, rng):
+    """Some observations have the materials of those, whatever the material."""
+    q = facing(sample.brdf, [0.3, 0.2, 0.9])
+    some = rng.permutation(len(q))[: len(q) // 2]
+    S = shading(q, [[0.3, 0.2, 0.9]])
+    np.testing.assert_array_equal(shading(q.at(some), [[0.3, 0.2, 0.9]]), S[some])
+
+
+def test_rows_of_a_material_that_is_not_ours():
+    """A BSDF that lightloc can't take apart is asked for its own rows."""
+
+    class Own:
+        channels = 1
+
+        def bind(self, n):
+            return Lambert(albedo=np.linspace(0.1, 0.9, n)).bind(n)
+
+    x = np.zeros((5, 3))
+    up = np.tile([0.0, 0.0, 1.0], (5, 1))
+    q = Observations(positions=x, normals=up, directions=up, radiance=np.zeros(5), material=Own())
+    S = shading(q, [[0, 0, 1]])
+    np.testing.assert_array_equal(shading(q.at([4, 1]), [[0, 0, 1]]), S[[4, 1]])
+    with pytest.raises(ValueError, match="has 2 points"):
+        rows_of(Own(), np.array([4, 1]), 5).bind(3)
+
+
+def test_a_function_is_asked_for_the_used_rows(rng):
+    """H of a function is that of all observations; of those used it is their rows."""
+    H = rng.random((6, 2, 1))
+    used = np.array([False, True, True, False, True, False])
+    seen = ROOM.observe().at(np.arange(3))
+    own = rendering(lambda positions: (H, 2 * H), None, seen, used, seed=0)
+    mean, error = own(np.zeros((2, 3)))
+    np.testing.assert_array_equal(mean, H[used])
+    np.testing.assert_array_equal(error, 2 * H[used])
+
+
+def test_refusals(refuses):
+    """One sentence each."""
+    q = ROOM.observe(noise=0.02)
+    n = len(q)
+    for name, wrong in {
+        "Observations.regions[0]": {"regions": np.ones(n)},
+        "Observations.regions holds": {"regions": np.full(n, 0.5), "region_names": ("a", "b")},
+        "Observations.saturated[0]": {"saturated": np.full(n, 2)},
+        "Observations.step": {"step": -1.0},
+        "Observations.unit": {"unit": ""},
+    }.items():
+        with refuses(name):
+            replace(q, **wrong)
+    with refuses("Observations.directions are missing"):
+        Observations(positions=[[0, 0, 0]], normals=[[0, 0, 1]], radiance=[1], material=Lambert(1))
+    with refuses("Observations are empty"):
+        localize(replace(q, saturated=np.ones(n)))
