@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from lightloc import BRDF, Lambert, Observations
 from render.exr import read_exr
-from render.material import GREY, material_at
+from render.material import GREY, material_at, regions_at
 from render.room import Room
 from render.transport import probe
 from render.view import DIFFUSE, View, appearance
@@ -44,8 +44,11 @@ def observe_view(
         raise ValueError(f"{name}: no pixel shows one smooth surface; expected at least one")
     x, B = view.position[used].astype(float), view.radiance[used].astype(float)
     w = view.camera - x
-    if material is None:
-        material = _from_layers(name, view) if room is None else _from_room(name, view, room, w)
+    regions: tuple[NDArray[np.intp] | None, tuple[str, ...]] = (None, ("",))
+    if material is None and room is not None:
+        material, regions = _from_room(name, view, room, w)
+    elif material is None:
+        material = _from_layers(name, view)
     spread = np.ptp(B, axis=1).max()
     c = 1 if material.channels == 1 and spread <= GREY * B.max() else 3
     return Observations(
@@ -57,6 +60,8 @@ def observe_view(
         sigma=np.sqrt(view.variance[used].astype(float))[:, :c],
         material=material,
         interreflected=view.interreflected,
+        regions=regions[0],
+        region_names=regions[1],
     )
 
 
@@ -73,8 +78,11 @@ def _from_layers(name: str, view: View) -> BRDF:
     return Lambert(albedo=albedo[:, :1] if grey else albedo)
 
 
-def _from_room(name: str, view: View, room: Room, w: NDArray) -> BRDF:
-    """The room's BRDFs at the view's points, once it is sure that the view shows this room."""
+def _from_room(
+    name: str, view: View, room: Room, w: NDArray
+) -> tuple[BRDF, tuple[NDArray[np.intp], tuple[str, ...]]]:
+    """The room's BRDFs at the view's points and the regions that share one, once it is sure that
+    the view shows this room."""
     x = view.position[view.used].astype(float)
     si = probe(room.scene, x, w / np.linalg.norm(w, axis=1, keepdims=True))
     off = np.linalg.norm(np.array(si.p, float).T - x, axis=1)
@@ -90,7 +98,7 @@ def _from_room(name: str, view: View, room: Room, w: NDArray) -> BRDF:
         | (np.abs(roughness - view.roughness[view.used]) > SAME),
         "another albedo or roughness",
     )
-    return material
+    return material, regions_at(si)
 
 
 def _refuse(name: str, view: View, room: Room, bad: NDArray, what: str) -> None:

@@ -12,19 +12,29 @@ from numpy.typing import ArrayLike, NDArray
 from lightloc.checks import array, numbers
 from lightloc.files import whole
 
+FORMAT = "lightloc-lights-1"
+FORMATS = (FORMAT, "lightloc-localization-1")
+"""Of files with lights in them; the first ones named none."""
+
 
 @dataclass(frozen=True, eq=False)
 class PointLights:
     """Isotropic point lights.
 
-    Args:
-        positions: (k, 3) metres.
-        intensities: (k, c) radiant intensity in W/sr, c = 1 or 3 (linear RGB).
-            A (k,) array is taken as (k, 1).
+    Parameters
+    ----------
+    positions : (k, 3) array
+        In the unit of length.
+    intensities : (k, c) array
+        Radiant intensity in W/sr, c = 1 or 3 (linear RGB). (k,) is taken as (k, 1).
 
-    Raises:
-        ValueError: a shape is wrong, a value is not finite, or an intensity is negative.
+    Raises
+    ------
+    ValueError
+        A shape is wrong, a value is not finite, or an intensity is negative.
 
+    Examples
+    --------
     >>> lights = PointLights(positions=[[0, 0, 2]], intensities=[10.0])
     >>> len(lights), lights.channels
     (1, 1)
@@ -63,23 +73,75 @@ class PointLights:
         return np.argsort(-self.intensities.mean(axis=1), kind="stable")
 
     def brightest_first(self) -> PointLights:
-        """The same lights in falling order of their mean intensity."""
+        """The same lights in falling order of their mean intensity.
+
+        Returns
+        -------
+        PointLights
+
+        Examples
+        --------
+        >>> PointLights([[0, 0, 2], [1, 0, 2]], [1.0, 10.0]).brightest_first().positions.tolist()
+        [[1.0, 0.0, 2.0], [0.0, 0.0, 2.0]]
+        """
         return PointLights(self.positions[self.order], self.intensities[self.order])
 
     def save(self, path: str | Path) -> None:
-        """Write JSON: ``{"lights": [{"position": [x, y, z], "intensity": [...]}, ...]}``."""
+        """Write JSON: a list ``lights`` of ``{"position": [x, y, z], "intensity": [...]}``.
+
+        Parameters
+        ----------
+        path : path
+            The file to be written, whole or not at all.
+
+        Raises
+        ------
+        OSError
+            The folder is missing or can't be written to.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     PointLights([[0, 0, 2]], [10.0]).save(f"{folder}/lights.json")
+        ...     PointLights.load(f"{folder}/lights.json").intensities.tolist()
+        [[10.0]]
+        """
         rows = [
             {"position": p.tolist(), "intensity": I.tolist()}
             for p, I in zip(self.positions, self.intensities, strict=True)
         ]
         with whole(path) as part:
-            part.write_text(json.dumps({"lights": rows}, indent=1) + "\n")
+            part.write_text(json.dumps({"format": FORMAT, "lights": rows}, indent=1) + "\n")
 
     @staticmethod
     def load(path: str | Path) -> PointLights:
-        """Read what `save` wrote. Raises ValueError naming the file and the field."""
+        """Read what `save` wrote, or the lights of an answer that was written as JSON.
+
+        Parameters
+        ----------
+        path : path
+            The file.
+
+        Returns
+        -------
+        PointLights
+
+        Raises
+        ------
+        ValueError
+            Names the file and the field: there is none, it is broken, or of another format.
+
+        Examples
+        --------
+        >>> PointLights.load("nowhere.json")
+        Traceback (most recent call last):
+            ...
+        ValueError: nowhere.json: no such file
+        """
         try:
-            rows = json.loads(Path(path).read_text())["lights"]
+            content = json.loads(Path(path).read_text())
+            rows, style = content["lights"], content.get("format", FORMAT)
             positions = [row["position"] for row in rows]
             intensities = [row["intensity"] for row in rows]
         except FileNotFoundError:
@@ -89,6 +151,8 @@ class PointLights:
                 f'{path}: not a lights file; expected {{"lights": [{{"position": ..., '
                 '"intensity": ...}, ...]}'
             ) from None
+        if style not in FORMATS:
+            raise ValueError(f"{path}: its format is '{style}'; expected {FORMAT}")
         try:
             return PointLights(positions, intensities)
         except ValueError as error:

@@ -10,22 +10,39 @@ from typing import Literal
 class Options:
     """The search's options. Lengths in parts of the longest side.
 
-    Args:
-        most_lights: maximum number of lights.
-        outlier: standard errors beyond which a residual counts less and less (Cauchy's loss);
-            infinite for plain least squares. At 5, one part in a hundred of the efficiency is
-            lost where the noise is Gaussian.
-        noise: "given" by the observations' sigma, or to "estimate": sigma is then right but for
-            a factor, or, where it is 0, sqrt(B) but for a factor.
-        ambient: whether a constant ambient term is fitted too (section 6.3).
-        sample: observations that the search looks at; the last polish sees all.
-        cells, cells_2d: positions that are asked whether a light is missing there.
-        relative, absolute: errors of the arithmetic, of B and of the mean radiance.
-        significant: least gain in chi-square per new parameter, in units of the noise.
-        unlikely: standard deviations of chi-square above what noise explains.
-        sure_position, sure_intensity: what counts as known: 95 % intervals up to this, of the
-            longest side and of the intensity (section 6.1).
-        cluster: lights that could be two so far apart are a cluster (section 6.1).
+    Parameters
+    ----------
+    most_lights : int
+        Maximum number of lights.
+    outlier : float
+        Standard errors beyond which a residual counts less and less (Cauchy's loss); infinite for
+        plain least squares. At 5, one part in a hundred of the efficiency is lost where the noise
+        is Gaussian.
+    noise : {"given", "estimate"}
+        By the observations' sigma, or sigma is right but for a factor, or, where it is 0 or
+        unknown, the square root of B but for a factor.
+    ambient : bool
+        Whether a constant ambient term is fitted too (section 6.3).
+    sample : int
+        Observations that the search looks at; the last polish sees all.
+    cells, cells_2d : int
+        Positions that are asked whether a light is missing there.
+    relative, absolute : float
+        Errors of the arithmetic, of B and of the mean radiance.
+    significant : float
+        Least gain in chi-square per new parameter, in units of the noise.
+    unlikely : float
+        Standard deviations of chi-square above what noise explains.
+    sure_position, sure_intensity : float
+        What counts as known: 95 % intervals up to this, of the longest side and of the intensity
+        (section 6.1).
+    cluster : float
+        Lights that could be two so far apart are a cluster (section 6.1).
+
+    Examples
+    --------
+    >>> Options(most_lights=4).most_lights
+    4
     """
 
     most_lights: int = 24

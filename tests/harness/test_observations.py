@@ -239,7 +239,15 @@ def test_lights_come_back_to_the_bit(k, channels, tmp_path, rng):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.json", "b.json"]
 
 
+def test_lights_of_no_format(tmp_path):
+    """The first files named none; one of a later format is refused."""
+    path = tmp_path / "lights.json"
+    path.write_text('{"lights": [{"position": [0, 0, 2], "intensity": [10]}]}')
+    assert PointLights.load(path).intensities.tolist() == [[10.0]]
+
+
 BROKEN_LIGHTS = {
+    "another format": '{"format": "lightloc-lights-9", "lights": []}',
     "empty": "",
     "cut short": '{"lights": [{"position": [0, 0',
     "another thing": "[1, 2, 3]",
