@@ -32,18 +32,28 @@ def observe(
 ) -> Observations:
     """Sample the room's surfaces by area and measure B(q) at each point.
 
-    Args:
-        points: how many observations.
-        spp: path samples per point for the indirect part (``transport="full"``).
-        seed: of everything random here; same seed, same bytes, for any number of threads.
-        transport: "direct" is exact, light by light; "full" adds all interreflection.
-        noise: k of section 6.1: Gaussian noise of k sqrt(B mean(B)) on top (with mean(B) the
-            unit, so that it does not depend on the unit of radiance).
-        shapes: ids of the shapes to sample; all of them where None.
-        watch: is told the share that is done, while paths are traced.
+    Parameters
+    ----------
+    points : int
+        How many observations.
+    spp : int
+        Path samples per point for the indirect part (``transport="full"``).
+    seed : int
+        Of everything random here; same seed, same bytes, for any number of threads.
+    transport : Transport
+        "direct" is exact, light by light; "full" adds all interreflection.
+    noise : float
+        K of section 6.1: Gaussian noise of k sqrt(B mean(B)) on top (with mean(B) the
+        unit, so that it does not depend on the unit of radiance).
+    shapes : Sequence[str] | None
+        Ids of the shapes to sample; all of them where None.
+    watch : Callable[[float], None]
+        Is told the share that is done, while paths are traced.
 
-    Raises:
-        ValueError: an argument is out of range, a shape is unknown, or no point can be seen.
+    Raises
+    ------
+    ValueError
+        An argument is out of range, a shape is unknown, or no point can be seen.
     """
     if points < 1 or spp < 2 or not 0 <= noise < 1 or transport not in ("direct", "full"):
         raise ValueError(

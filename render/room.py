@@ -70,14 +70,19 @@ def find(path: str | Path) -> Path:
 def load(path: str | Path, **parameters: Any) -> Room:
     """Load a Mitsuba scene whose lights are ``point`` emitters.
 
-    Args:
-        path: an XML file, or the name of a standard scene.
-        parameters: values for the scene's own ``<default>`` names, as ``alpha=0.2``.
+    Parameters
+    ----------
+    path : Path
+        An XML file, or the name of a standard scene.
+    parameters : Mapping[str, Any]
+        Values for the scene's own ``<default>`` names, as ``alpha=0.2``.
 
-    Raises:
-        ValueError: one sentence naming the file and what is wrong with it: it can't be read,
-            a parameter is unknown, it has no point emitter or another kind of emitter, an
-            intensity is negative or not finite, it has no surface, or a mesh is broken.
+    Raises
+    ------
+    ValueError
+        One sentence naming the file and what is wrong with it: it can't be read,
+        a parameter is unknown, it has no point emitter or another kind of emitter, an
+        intensity is negative or not finite, it has no surface, or a mesh is broken.
 
     >>> load("box_one").lights.channels
     1

@@ -87,15 +87,24 @@ def rounds(
 ) -> Localization:
     """Search, render the indirect light of what was found, subtract it, and search again.
 
-    Args:
-        q: with all interreflected light in them.
-        first: q without it as far as that is known before any light is: by footnote 1.
-        problem: posed by ``first``.
-        indirect: H(q, p) of the room, as `render.interreflected` gives it.
-        search: the search for lights in direct light.
-        certificate: of an answer in direct light.
-        o: the search's options.
-        watch: is told each round.
+    Parameters
+    ----------
+    q : Observations
+        With all interreflected light in them.
+    first : Observations
+        Q without it as far as that is known before any light is: by footnote 1.
+    problem : Problem
+        Posed by ``first``.
+    indirect : Indirect | int
+        H(q, p) of the room, as `render.interreflected` gives it.
+    search : Search
+        The search for lights in direct light.
+    certificate : Certificate
+        Of an answer in direct light.
+    o : Options
+        The search's options.
+    watch : Callable[[Step], None]
+        Is told each round.
 
     Returns the last search's answer, with intensities and errors from direct and indirect light
     together. Where the lights still move after `MOST_ROUNDS`, a verdict says so.
