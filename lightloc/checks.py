@@ -25,8 +25,13 @@ def array(
 ) -> NDArray[np.float64]:
     """Return ``value`` as a read-only float64 array of ``shape`` (None: any length).
 
-    Raises ValueError naming the field, the first offending row and what was expected.
+    Raises
+    ------
+    ValueError
+        Naming the field, the first offending row and what was expected.
 
+    Examples
+    --------
     >>> array("albedo", [0.5, 0.6], (2,)).tolist()
     [0.5, 0.6]
     >>> array("albedo", [0.5, float("nan")], (2,))
@@ -65,10 +70,17 @@ def unit_vectors(name: str, value: ArrayLike, n: int) -> NDArray[np.float64]:
 def check_radiance(name: str, radiance: NDArray[np.floating], error: NDArray[np.floating]) -> None:
     """Refuse a radiance below zero that is said to be exact (error 0), both of one shape.
 
-    Noise, and light that was subtracted, leave radiances below zero: with an error they are
-    data, however far below, and cutting them off at zero would bias what is fitted to them. One
-    without an error contradicts itself.
+    Noise, and light that was subtracted, leave radiances below zero: with an error they are data,
+    however far below, and cutting them off at zero would bias what is fitted to them. One without
+    an error contradicts itself.
 
+    Raises
+    ------
+    ValueError
+        Naming the first such value.
+
+    Examples
+    --------
     >>> check_radiance("B", np.array([-0.1, 0.2]), np.array([0.3, 0.0]))
     >>> check_radiance("B", np.array([-0.1, 0.2]), np.array([0.0, 0.0]))
     Traceback (most recent call last):

@@ -21,9 +21,13 @@ def whole(path: str | Path) -> Iterator[Path]:
     Where the block fails or is killed, what was at ``path`` is still there. ``part`` lies beside
     it, hidden, with the same extension.
 
-    Raises:
-        OSError: the folder is missing or can't be written to.
+    Raises
+    ------
+    OSError
+        If the folder is missing or can't be written to.
 
+    Examples
+    --------
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     with whole(f"{folder}/a.txt") as part:

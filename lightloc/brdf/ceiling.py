@@ -16,13 +16,17 @@ from lightloc.brdf.microfacet import GRAZING, transmittance_table
 
 @dataclass(frozen=True)
 class Ceiling:
-    """The two numbers of each observation and channel, (n, c).
+    """The two numbers of each observation and channel.
 
-    Args:
-        flat: what a specular lobe reaches at its peak, sr^-1.
-        cosine: what a diffuse base adds for each unit of n . l, sr^-1.
-        attained: whether f (n.l)_+ is cosine (n.l)_+ everywhere, as for a Lambertian surface;
-            then kernels need not evaluate it.
+    Parameters
+    ----------
+    flat : (n, c) array
+        What a specular lobe reaches at its peak, sr^-1.
+    cosine : (n, c) array
+        What a diffuse base adds for each unit of n . l, sr^-1.
+    attained
+        Whether f (n . l)_+ is cosine (n . l)_+ everywhere, as for a Lambertian surface; then
+        kernels need not evaluate it.
     """
 
     flat: NDArray[np.float64]

@@ -34,7 +34,19 @@ class Parameters:
         object.__setattr__(self, name, value)
 
     def parameters(self) -> dict[str, NDArray[np.float64]]:
-        """The parameters that are set, by name, each (1 or n, 1 or 3)."""
+        """Return the parameters that are set, by name.
+
+        Returns
+        -------
+        dict of str to array
+            Each parameter as a (1 or n, 1 or 3) array.
+
+        Examples
+        --------
+        >>> from lightloc import Conductor
+        >>> {name: value.tolist() for name, value in Conductor(alpha=0.5).parameters().items()}
+        {'alpha': [[0.5]], 'specular': [[1.0]]}
+        """
         return {
             field.name: value
             for field in fields(self)  # type: ignore[arg-type]
@@ -43,10 +55,30 @@ class Parameters:
 
     @property
     def channels(self) -> int:
+        """The number of channels: 3 where a parameter has 3, else 1."""
         return max(value.shape[1] for value in self.parameters().values())
 
     def check_length(self, n: int) -> None:
-        """Raise ValueError where a parameter has neither one row nor n."""
+        """Check that the parameters fit n observations.
+
+        Parameters
+        ----------
+        n : int
+            Number of observations.
+
+        Raises
+        ------
+        ValueError
+            If a parameter has neither 1 row nor n.
+
+        Examples
+        --------
+        >>> from lightloc import Lambert
+        >>> Lambert(albedo=[0.5, 0.6]).check_length(3)
+        Traceback (most recent call last):
+            ...
+        ValueError: Lambert.albedo has 2 rows; expected 1 or 3
+        """
         for name, value in self.parameters().items():
             if len(value) not in (1, n):
                 raise ValueError(

@@ -33,10 +33,13 @@ TINY = 1e-12  # a mean normal shorter than this has no direction
 class Volumes:
     """Bounds of consecutive runs of observations.
 
-    Args:
-        start: (m + 1,) first observation of each run, and n.
-        shape: (m, 11) box centre, half size, axis of the normals; how far any normal is from the
-            axis; how far any observation lies behind the centre, along the axis.
+    Parameters
+    ----------
+    start : (m + 1,) array
+        First observation of each run, and n.
+    shape : (m, 11) array
+        Box centre, half size, axis of the normals; how far any normal is from the axis; how far any
+        observation lies behind the centre, along the axis.
     """
 
     start: NDArray[np.int64]
@@ -70,12 +73,16 @@ class Volumes:
 
 @dataclass(frozen=True)
 class Clusters:
-    """Observations in the order of a kd tree, cut into leaves; `FAN` of these make a node, and so
-    on up to a few.
+    """Observations in the order of a kd tree, cut into leaves, with nodes above them.
 
-    Args:
-        order: from that order to the observations' own.
-        levels: the leaves, then the nodes of every level above them.
+    `FAN` leaves make a node, `FAN` nodes one above these, and so on up to a few.
+
+    Parameters
+    ----------
+    order : (n,) array
+        From that order to the observations' own.
+    levels
+        The leaves, then the nodes of every level above them.
     """
 
     order: NDArray[np.int64]
@@ -109,6 +116,8 @@ def kd_order(
 
     Returns the order (n,) and where in it each leaf starts, n at the end.
 
+    Examples
+    --------
     >>> order, start = kd_order(np.array([[3.0], [0.0], [2.0], [1.0]]), 2)
     >>> order.tolist(), start.tolist()
     ([1, 3, 2, 0], [0, 2, 4])

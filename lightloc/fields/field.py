@@ -31,7 +31,40 @@ FEW_PAIRS = 1 << 26  # are searched without seeds: another launch would cost mor
 def intensity(
     q: Observations, positions: ArrayLike, geometry: Geometry | None = None
 ) -> NDArray[np.float64]:
-    """I(q, p) = B(q) / S(q, p), Eq. 3, in W/sr: (n, k, c); infinite where S = 0."""
+    """Intensity I(q, p) = B(q) / S(q, p) of Eq. 3 that a lone light at p would have.
+
+    Parameters
+    ----------
+    q : Observations
+        The n observations.
+    positions : (k, 3) array_like
+        Positions p of the light, metres.
+    geometry : Geometry, optional
+        What occludes; nothing does where None.
+
+    Returns
+    -------
+    (n, k, c) array
+        I in W/sr; infinite where S = 0.
+
+    Raises
+    ------
+    ValueError
+        If the positions have another shape, or are not finite.
+
+    Examples
+    --------
+    At the true position every observation names the same intensity, the true one:
+
+    >>> import numpy as np
+    >>> from lightloc import Lambert, Observations, PointLights, intensity, radiance
+    >>> floor, up = [[0, 0, 0], [1, 0, 0], [0, 2, 0]], [[0, 0, 1]] * 3
+    >>> dark = Observations(positions=floor, normals=up, directions=up, radiance=[0, 0, 0],
+    ...                     material=Lambert(albedo=0.5))
+    >>> q = dark.with_radiance(radiance(dark, PointLights([[0, 0, 1]], [7.0])), sigma=0)
+    >>> intensity(q, [[0, 0, 1]])[:, 0, 0].round(4).tolist()
+    [7.0, 7.0, 7.0]
+    """
     S = shading(q, positions, geometry)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(S > 0, q.radiance[:, None, :] / S, np.inf)
@@ -43,28 +76,47 @@ def intensity_distance(
     geometry: Geometry | None = None,
     margin: float = 0.0,
 ) -> tuple[NDArray[np.float64], NDArray[np.uint32]]:
-    """D(p) = min_q I(q, p) and its limiting observation L(p), Eq. 6 and 7, exactly.
+    """Intensity-distance field D(p) = min_q I(q, p) and limiter field L(p), Eq. 6 and 7.
 
-    What is the brightest that a light can be at p? Each D is an upper bound on the intensity of
-    a light at p, for any number of lights.
+    What is the brightest that a light can be at p? D is an upper bound on the intensity of a light
+    at p, for any number of lights. All observations are taken into account: nothing is
+    approximated.
 
-    Args:
-        positions: (g, 3) metres, or a `Grid`, which is many times as fast as its points.
-        margin: B is raised by this many standard errors first, so that the bound holds under
-            noise with that confidence.
+    Parameters
+    ----------
+    q : Observations
+        The n observations.
+    positions : (g, 3) array_like or Grid
+        Positions p, metres. A grid is many times as fast as its points.
+    geometry : Geometry, optional
+        What occludes; nothing does where None.
+    margin : float
+        Standard errors that B is raised by first, so that the bound holds under noise with that
+        confidence.
 
-    Returns:
-        D (g, c) in W/sr, infinite where nothing limits; L (g, c), an index into ``q`` or
-        `NO_LIMITER`.
+    Returns
+    -------
+    D : (g, c) array
+        Upper bound in W/sr; infinite where nothing limits.
+    L : (g, c) array of uint32
+        Index into ``q`` of the observation that limits; 2^32 - 1 where none does.
 
-    Raises:
-        ValueError: positions of another shape, or that are not finite.
+    Raises
+    ------
+    ValueError
+        If the positions have another shape, or are not finite.
 
-    >>> from lightloc import Lambert
+    Examples
+    --------
+    Above a point with f = 1 and B = 2, a light can be no brighter than B d^2; below it, it may have
+    any intensity:
+
+    >>> import numpy as np
+    >>> from lightloc import Lambert, Observations, intensity_distance
     >>> q = Observations(positions=[[0, 0, 0]], normals=[[0, 0, 1]], directions=[[0, 0, 1]],
     ...                  radiance=[2.0], material=Lambert(albedo=np.pi))
     >>> D, L = intensity_distance(q, [[0, 0, 3], [0, 0, -3]])
-    >>> D[:, 0].round(4).tolist(), L[0, 0].item(), L[1, 0].item() == NO_LIMITER
+    >>> D[:, 0].round(4).tolist(), L[0, 0].item(), L[1, 0].item() == 2**32 - 1
     ([18.0, inf], 0, True)
     """
     B = np.maximum(q.radiance + (margin * q.known_sigma if margin else 0.0), 0.0)
@@ -78,15 +130,28 @@ def limits(
 
     Whoever has many of them, one after another, keeps a `Field`.
 
-    Args:
-        B: (n, k) radiances, at least 0; a material of three channels needs k = 3.
-        where: (g, 3) positions in metres, or a `Grid`.
+    Parameters
+    ----------
+    s
+        The n surfels.
+    B : (n, k) array_like
+        Radiances, at least 0; a material of three channels needs k = 3.
+    where : (g, 3) array_like or Grid
+        Positions, metres.
+    geometry
+        What occludes; nothing does where None.
 
-    Returns:
-        D (g, k) and L (g, k) as `intensity_distance`.
+    Returns
+    -------
+    D : (g, k) array
+        As in `intensity_distance`, W/sr.
+    L : (g, k) array
+        As in `intensity_distance`.
 
-    Raises:
-        ValueError: B of another shape, below 0 or not finite.
+    Raises
+    ------
+    ValueError
+        If B has another shape, is below 0 or not finite.
     """
     D, L = Field.over(s, where, geometry).limits(B)
     return D.astype(np.float64), L
@@ -99,6 +164,8 @@ class Field:
     Made by `Field.over`. On a `Grid`, observations that cannot be limiters are left out by
     clusters, where the material says how bright it can be; the result is the same.
 
+    Examples
+    --------
     >>> from lightloc import Lambert
     >>> q = Observations(positions=[[0, 0, 0]], normals=[[0, 0, 1]], directions=[[0, 0, 1]],
     ...                  radiance=[2.0], material=Lambert(albedo=np.pi))
@@ -247,6 +314,8 @@ class Field:
 def ever_coarser(grid: Grid, n: int) -> list[Grid]:
     """The grid, and coarser ones over the same region until one has few pairs with n observations.
 
+    Examples
+    --------
     >>> [g.shape for g in ever_coarser(Grid([0, 0, 0], [1, 1, 1], (100, 50, 50)), 10_000)]
     [(100, 50, 50), (25, 13, 13)]
     """

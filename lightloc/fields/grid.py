@@ -14,10 +14,24 @@ from lightloc.checks import array
 class Grid:
     """A regular grid of possible light positions, one cell deep in 2D.
 
-    Args:
-        lower, upper: (3,) corners of the region, metres; cells lie inside it.
-        shape: number of cells along x, y, z.
+    Parameters
+    ----------
+    lower, upper : (3,) array_like
+        Corners of the region, metres; the cells fill it.
+    shape : (int, int, int)
+        Number of cells along x, y, z, each at least 1.
 
+    Raises
+    ------
+    ValueError
+        If a corner is not three finite numbers, an upper coordinate is less than the lower one, or
+        there is no cell along an axis.
+
+    Examples
+    --------
+    Positions are the centres of the cells:
+
+    >>> from lightloc import Grid
     >>> Grid([0, 0, 0], [2, 1, 0], (4, 2, 1)).points[0].tolist()
     [0.25, 0.25, 0.0]
     """
@@ -35,7 +49,31 @@ class Grid:
 
     @staticmethod
     def over(bounds: ArrayLike, cells: int) -> Grid:
-        """About ``cells`` cubic cells over (2, 3) bounds; flat where the bounds are flat."""
+        """Lay about so many cubic cells over a region, one deep along an axis without extent.
+
+        Parameters
+        ----------
+        bounds : (2, 3) array_like
+            Lower and upper corner of the region, metres.
+        cells : int
+            Number of cells, about.
+
+        Returns
+        -------
+        Grid
+            The grid.
+
+        Raises
+        ------
+        ValueError
+            If an upper coordinate is less than the lower one.
+
+        Examples
+        --------
+        >>> from lightloc import Grid
+        >>> [Grid.over([[0, 0, 0], [2, 1, depth]], 200 * 10**depth).shape for depth in (0, 1)]
+        [(20, 10, 1), (20, 10, 10)]
+        """
         lower, upper = np.asarray(bounds, float)
         size = upper - lower
         solid = size > 1e-9 * size.max()
@@ -47,7 +85,36 @@ class Grid:
 
     @staticmethod
     def around(centre: ArrayLike, reach: ArrayLike, bounds: ArrayLike, cells: int) -> Grid:
-        """``cells`` along each axis within ``reach`` of a centre, cut off at the bounds."""
+        """Lay a grid about a centre, cut off at the bounds.
+
+        Parameters
+        ----------
+        centre : (3,) array_like
+            Middle of the grid, metres.
+        reach : (3,) array_like
+            How far it extends from there to either side, metres.
+        bounds : (2, 3) array_like
+            Lower and upper corner of the region that it keeps to, metres.
+        cells : int
+            Number of cells along each axis; 1 along an axis without extent.
+
+        Returns
+        -------
+        Grid
+            The grid.
+
+        Raises
+        ------
+        ValueError
+            If there is no cell.
+
+        Examples
+        --------
+        >>> from lightloc import Grid
+        >>> near = Grid.around([0.9, 0.5, 0], [0.2, 0.2, 0.2], [[0, 0, 0], [1, 1, 0]], 5)
+        >>> near.lower.round(6).tolist(), near.upper.round(6).tolist(), near.shape
+        ([0.7, 0.3, 0.0], [1.0, 0.7, 0.0], (5, 5, 1))
+        """
         low, high = np.asarray(bounds, float)
         middle, half = np.asarray(centre, float), np.asarray(reach, float)
         lower = np.clip(middle - half, low, high)
@@ -57,12 +124,12 @@ class Grid:
 
     @property
     def step(self) -> NDArray[np.float64]:
-        """(3,) distance between neighbours, metres."""
+        """(3,) distance between the centres of neighbouring cells, metres."""
         return (self.upper - self.lower) / self.shape
 
     @property
     def axes(self) -> list[NDArray[np.float64]]:
-        """Cell centres along x, y and z, metres."""
+        """Cell centres along x, y and z, metres: three arrays, as long as ``shape`` says."""
         return [
             low + (np.arange(n) + 0.5) * step
             for low, n, step in zip(self.lower, self.shape, self.step, strict=True)
@@ -70,5 +137,5 @@ class Grid:
 
     @property
     def points(self) -> NDArray[np.float64]:
-        """(g, 3) cell centres, x slowest: ``values.reshape(grid.shape)`` indexes [x, y, z]."""
+        """(g, 3) cell centres, metres, in the order of ``values.reshape(grid.shape)[x, y, z]``."""
         return np.stack(np.meshgrid(*self.axes, indexing="ij"), axis=-1).reshape(-1, 3)

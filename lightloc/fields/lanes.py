@@ -23,14 +23,21 @@ Shape = tuple[int, int, int]
 class Lanes:
     """Points to be searched, some of them on each lane.
 
-    Args:
-        count: number of lanes.
-        points: (x, y, z) of each of a lane's points, shared by those that have the same; the
-            first and the last are corners of their box.
-        cells: the index of each.
-        inside: whether there is such a point; where not, it repeats another.
-        axes: 0, 1, 2 in the order of how many different coordinates a lane has, fewest first.
-        parent: from the shape of a coarser grid to the cell that a lane lies in.
+    Parameters
+    ----------
+    count
+        Number of lanes.
+    points
+        (x, y, z) of each of a lane's points, shared by those that have the same; the first and the
+        last are corners of their box.
+    cells
+        The index of each.
+    inside
+        Whether there is such a point; where not, it repeats another.
+    axes
+        0, 1, 2 in the order of how many different coordinates a lane has, fewest first.
+    parent
+        From the shape of a coarser grid to the cell that a lane lies in.
     """
 
     count: int
@@ -106,6 +113,8 @@ def doubled(start: ArrayLike, times: int, grid: Grid) -> list[int]:
 
     ``times`` is a power of two. Sides grow no further than the grid goes, unless they must.
 
+    Examples
+    --------
     >>> doubled([1, 1, 1], 8, Grid([0, 0, 0], [3, 3, 3], (30, 30, 30)))
     [2, 2, 2]
     >>> doubled([1, 1, 1], 8, Grid([0, 0, 0], [3, 3, 0], (30, 30, 1)))

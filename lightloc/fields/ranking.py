@@ -35,13 +35,25 @@ DARKEST = 1e-30  # W sr^-1 m^-2: up to this B is 0, and so is D; 1 / B stays fin
 class Ranking:
     """Surfels with k radiances, in the order in which they are visited.
 
-    Args:
-        order: from that order to the surfels' own.
-        table: `records` of what a visit needs: where f is constant position, normal and f / B,
-            else 1 / B alone.
-        constant: whether f is.
-        bounds: `Volumes.records` of the clusters, level by level, where there are any.
-        specular: whether these hold the bounds of lobes too.
+    Parameters
+    ----------
+    s
+        The surfels.
+    k
+        Number of radiances.
+    order : (n,) array
+        From that order to the surfels' own.
+    table
+        `records` of what a visit needs: where f is constant position, normal and f / B, else 1 / B
+        alone.
+    constant
+        Whether f is.
+    clusters
+        Those of the observations, if there are any.
+    bounds
+        `Volumes.records` of the clusters, level by level, where there are any.
+    specular
+        Whether these hold the bounds of lobes too.
     """
 
     s: Surfels

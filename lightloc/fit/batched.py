@@ -37,10 +37,13 @@ class Unknown(Enum):
 class Tie:
     """Lights that move together: what is unknown of them is linear in fewer unknowns.
 
-    Args:
-        matrix: (all coordinates and intensities, unknowns), the first of these being coordinates
-            within the region, then intensities, then what is free.
-        lights: how many lights have those coordinates and intensities.
+    Parameters
+    ----------
+    matrix : (all coordinates and intensities, unknowns) array
+        The first of these unknowns are coordinates within the region, then intensities, then what
+        is free.
+    lights
+        How many lights have those coordinates and intensities.
     """
 
     matrix: NDArray[np.floating]
@@ -51,9 +54,12 @@ class Tie:
 class Indirect:
     """What a light of intensity 1 brings by way of the surfaces, held while lights move.
 
-    Args:
-        around: (n, k, c) m^-2 sr^-1.
-        noise: (k, c) what the error of ``around`` adds to the normal equations' diagonal.
+    Parameters
+    ----------
+    around : (n, k, c) array
+        That light, m^-2 sr^-1.
+    noise : (k, c) array
+        What the error of ``around`` adds to the normal equations' diagonal.
     """
 
     around: NDArray[np.floating]
@@ -99,9 +105,18 @@ class Place:
 class Model:
     """B of k lights in every hypothesis.
 
-    Args:
-        blur: shadows' edges are this wide, metres.
-        tie, indirect: as in `levenberg.descend`.
+    Parameters
+    ----------
+    problem
+        What is fitted.
+    k
+        Number of lights.
+    blur
+        Shadows' edges are this wide, metres.
+    unknown
+        What stands for an intensity.
+    tie, indirect
+        As in `levenberg.descend`.
     """
 
     problem: Problem

@@ -39,11 +39,16 @@ SETTLED = (1e-5, 1e-6)  # relative fall of chi-square at which a polish ends; th
 class Descents:
     """Where m starts of k lights have come to.
 
-    Args:
-        positions: (m, k, 3) metres.
-        intensities: (m, k, c) W/sr.
-        chi2: (m,) sum of squared residuals in standard errors, or of Cauchy's loss of them.
-        strayed: (m,) bool, whether a light went further from its start than it was allowed.
+    Parameters
+    ----------
+    positions : (m, k, 3) array
+        Metres.
+    intensities : (m, k, c) array
+        W/sr.
+    chi2 : (m,) array
+        Sum of squared residuals in standard errors, or of Cauchy's loss of them.
+    strayed : (m,) array
+        Whether a light went further from its start than it was allowed.
     """
 
     positions: NDArray[np.float64]
@@ -99,21 +104,44 @@ def descend(
 ) -> Descents:
     """Minimize sum ((B - sum_i I_i S(q, p_i)) / sigma)^2 from m starts, within the bounds.
 
-    Args:
-        positions: (m, k, 3) starts, metres; in 2D only x and y move.
-        intensities: (m, k, c) starts, W/sr.
-        stray: a start is given up once one of its lights is further from where it began, metres
-            ("terminating early if the light positions stray too far", section 5.2).
-        steps: the most evaluations a start.
-        loss: standard errors beyond which a residual counts less and less (Cauchy's loss); a
-            number, or one a start; infinite for plain least squares.
-        unknown: what stands for the intensities.
-        blur: shadows' edges are this wide, metres (`shading_gradient`).
-        fall: relative fall of chi-square below which a start has converged.
-        damping: the first, of the normal equations' diagonal.
-        tie: between lights that move together; intensities are then unknowns themselves.
-        indirect: what lights bring by way of the surfaces, in the model on top.
+    The optimization of section 5.2.
 
+    Parameters
+    ----------
+    problem
+        B, its errors, and the bounds.
+    positions : (m, k, 3) array
+        Starts, metres; in 2D only x and y move.
+    intensities : (m, k, c) array
+        Starts, W/sr.
+    stray
+        A start is given up once one of its lights is further from where it began, metres
+        ("terminating early if the light positions stray too far", section 5.2).
+    steps
+        The most evaluations a start.
+    loss : float or (m,) array_like
+        Standard errors beyond which a residual counts less and less (Cauchy's loss); infinite for
+        plain least squares.
+    unknown
+        What stands for the intensities.
+    blur
+        Shadows' edges are this wide, metres (`shading_gradient`).
+    fall
+        Relative fall of chi-square below which a start has converged.
+    damping
+        The first, of the normal equations' diagonal.
+    tie
+        Between lights that move together; intensities are then unknowns themselves.
+    indirect
+        What lights bring by way of the surfaces, in the model on top.
+
+    Returns
+    -------
+    Descents
+        Where each start has ended.
+
+    Examples
+    --------
     >>> from lightloc import Lambert, Observations, PointLights, radiance
     >>> rng = np.random.default_rng(0)
     >>> floor, up = rng.uniform(-1, 1, (99, 3)) * [1, 1, 0], np.tile([0.0, 0.0, 1.0], (99, 1))
@@ -163,7 +191,10 @@ def descend(
 
 
 def normal_equations(problem: Problem, one: Descents, loss: float) -> NDArray[np.float64]:
-    """(u, u) J^T W J at a hypothesis, over all coordinates, then the intensities' logarithms."""
+    """(u, u) J^T W J at a hypothesis, over all coordinates, then the intensities' logarithms.
+
+    ``loss`` is the scale of Cauchy's loss, standard errors, that W follows from.
+    """
     model = Model(problem, one.positions.shape[1], 0.0, Unknown.LOGARITHM)
     return model.begun(one.positions, one.intensities, np.array([loss])).A[0]
 

@@ -11,12 +11,23 @@ def cauchy(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Cauchy's loss of residuals, and the weight in 0..1 that each has in a least-squares step.
 
-    The loss is z^2 near zero and grows like a logarithm beyond ``scale``; where that is infinite
-    it is the square.
+    The loss is z^2 near zero and grows like a logarithm beyond ``scale``; where that is infinite it
+    is the square.
 
-    Args:
-        z: in standard errors; ``scale`` of any shape that broadcasts with it.
+    Parameters
+    ----------
+    z : array
+        Residuals in standard errors, of any shape.
+    scale : array_like
+        Standard errors, of any shape that broadcasts with it.
 
+    Returns
+    -------
+    loss, weight : array
+        Of their common shape.
+
+    Examples
+    --------
     >>> loss, weight = cauchy(np.array([0.001, 5.0]), 5.0)
     >>> loss.round(4).tolist(), weight.round(4).tolist()
     ([0.0, 17.3287], [1.0, 0.5])
@@ -29,8 +40,10 @@ def cauchy(
 
 
 def robust(z: NDArray[np.floating], scale: float) -> float:
-    """Sum of Cauchy's loss.
+    """Sum of Cauchy's loss of residuals of any shape, in standard errors as its scale.
 
+    Examples
+    --------
     >>> robust(np.array([1e-3]), 5.0) == robust(np.array([-1e-3]), 5.0) < 1.0001e-6
     True
     """

@@ -18,12 +18,21 @@ from lightloc.optics import Surfels, radiance, shading, surfels
 class Problem:
     """B(q), its standard errors and everything the fits share.
 
-    Args:
-        radiance, sigma: (n, c) B and its standard errors, above 0.
-        bounds: (2, 3) corners of the region that may hold lights.
-        ambient: (n, c) radiance of the same dim light from everywhere (section 6.3), whose
-            amount every fit solves for; None where there is none.
-        unit: of length, for sentences.
+    Parameters
+    ----------
+    surfels
+        The n observations.
+    radiance, sigma : (n, c) array
+        B and its standard errors, above 0, W sr^-1 m^-2.
+    geometry
+        What occludes; nothing does where None.
+    bounds : (2, 3) array
+        Corners of the region that may hold lights, metres.
+    ambient : (n, c) array, optional
+        Radiance of the same dim light from everywhere (section 6.3), whose amount every fit solves
+        for; None where there is none.
+    unit : str
+        Of length, for sentences.
     """
 
     surfels: Surfels
@@ -101,18 +110,18 @@ class Fit:
 
 
 def no_lights(problem: Problem, scale: float) -> Fit:
-    """The fit of darkness."""
+    """The fit of darkness; ``scale`` is Cauchy's, standard errors."""
     return fit_of(problem, PointLights(np.zeros((0, 3)), problem.radiance[:0]), scale)
 
 
 def fit_of(problem: Problem, lights: PointLights, scale: float) -> Fit:
-    """Lights as they are."""
+    """The fit of lights as they are; ``scale`` is Cauchy's, standard errors."""
     z = residuals(problem, lights)
     return Fit(lights, z, robust(z, scale))
 
 
 def residuals(problem: Problem, lights: PointLights) -> NDArray[np.float64]:
-    """(B - model) / sigma: (n, c)."""
+    """(B - model) / sigma: (n, c), standard errors."""
     model = radiance(problem.surfels, lights, problem.geometry)
     return problem.without_ambient((problem.radiance - model) / problem.sigma)
 
@@ -133,14 +142,17 @@ def whitened(problem: Problem, positions: NDArray[np.float64]) -> NDArray[np.flo
 
 
 def amounts(problem: Problem, positions: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Non-negative least squares for what is linear: (k or k + 1, c) of `whitened`'s columns."""
+    """Non-negative least squares for what is linear: (k or k + 1, c) of `whitened`'s columns.
+
+    Intensities in W/sr at (k, 3) positions in metres, then that of any ambient term.
+    """
     A, b = whitened(problem, positions), problem.radiance / problem.sigma
     channels = [nonnegative(A[:, :, c], b[:, c]) for c in range(b.shape[1])]
     return np.stack(channels, axis=1)
 
 
 def nonnegative(A: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The x >= 0 of least |A x - b|.
+    """The (k,) x >= 0 of least |A x - b|, A being (n, k).
 
     Where two dozen columns are nearly alike, the active set may go round in circles; an interior
     method then comes near enough.

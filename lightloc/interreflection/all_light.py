@@ -48,10 +48,16 @@ FLAT = 1e-12
 class Split:
     """B(q) as the light of some lights: straight from them, and by way of the surfaces.
 
-    Args:
-        straight, around: (n, k, c) S and H of each light at intensity 1, m^-2 sr^-1.
-        error: (n, k, c) standard error of ``around``, independent from light to light.
-        outlier: standard errors beyond which a residual counts less and less.
+    Parameters
+    ----------
+    q
+        The n observations.
+    straight, around : (n, k, c) array
+        S and H of each light at intensity 1, m^-2 sr^-1.
+    error : (n, k, c) array
+        Standard error of ``around``, independent from light to light.
+    outlier
+        Standard errors beyond which a residual counts less and less.
     """
 
     q: Observations
@@ -125,6 +131,8 @@ def taken(G: NDArray[np.float64], noise: NDArray[np.float64]) -> NDArray[np.floa
 
     Where nothing would be left in some direction, as much as leaves a fifth.
 
+    Examples
+    --------
     >>> taken(np.diag([4.0, 5.0]), np.array([1.0, 2.0])).tolist()
     [1.0, 2.0]
     >>> taken(np.eye(2), np.array([0.0, 1.0])).round(9).tolist()
@@ -146,11 +154,23 @@ def together(
     That H changes with the position is left out of the steps but not of their end: where H is
     rendered anew until nothing moves, the residual is that of all light.
 
-    Args:
-        split: of lights nearby, in the same order.
-        problem: over the observations; its radiance and its sigma are not used.
+    Parameters
+    ----------
+    split
+        Of lights nearby, in the same order.
+    lights
+        Where to begin.
+    problem
+        Over the observations; its radiance and its sigma are not used.
 
-    Returns the lights, ``split`` there and the lights' standard errors.
+    Returns
+    -------
+    lights : PointLights
+        Refined.
+    split : Split
+        B as their light.
+    errors : Bound
+        Their standard errors.
     """
     for _ in range(REFITS):
         split = replace(split, straight=straight(problem, lights))
@@ -204,7 +224,7 @@ def spread(split: Split, lights: PointLights, problem: Problem) -> Bound:
 
 
 def straight(problem: Problem, lights: PointLights) -> NDArray[np.float64]:
-    """S at the lights: (n, k, c)."""
+    """S at the lights: (n, k, c), m^-2 sr^-1."""
     return shading(problem.surfels, lights.positions, problem.geometry)
 
 

@@ -22,6 +22,8 @@ def reflected_ambient(s: Surfels, channels: int) -> NDArray[np.float64]:
 
     The integral of f(x, l, w) (n . l) over the hemisphere; the albedo of a diffuse surface.
 
+    Examples
+    --------
     >>> from lightloc import Lambert, Observations
     >>> from lightloc.optics.kernel import surfels
     >>> q = Observations(positions=[[0, 0, 0]], normals=[[0, 0, 1]], directions=[[0, 0, 1]],

@@ -30,12 +30,34 @@ LANES = 1 << 22
 def shading(
     q: Observations | Surfels, positions: ArrayLike, geometry: Geometry | None = None
 ) -> NDArray[np.float64]:
-    """S(q, p) of Eq. 2 for every observation and every one of (k, 3) positions, m^-2 sr^-1.
+    """Shading function S(q, p) of Eq. 2, for every observation and every position.
 
-    Returns (n, k, c). The radiance of lights there is ``S @ intensities``.
+    Parameters
+    ----------
+    q : Observations
+        The n observations; or the same as Dr.Jit arrays (`lightloc.optics.Surfels`).
+    positions : (k, 3) array_like
+        Positions p of a light, metres.
+    geometry : Geometry, optional
+        What occludes; nothing does where None.
+
+    Returns
+    -------
+    (n, k, c) array
+        S in m^-2 sr^-1: the radiance that a light of 1 W/sr at p leaves. c is the number of
+        channels of the material.
+
+    Raises
+    ------
+    ValueError
+        If the positions have another shape, or are not finite.
+
+    Examples
+    --------
+    A diffuse surface with a light 2 m above it, S = albedo / (pi d^2):
 
     >>> import numpy as np
-    >>> from lightloc import Lambert
+    >>> from lightloc import Lambert, Observations, shading
     >>> q = Observations(positions=[[0, 0, 0]], normals=[[0, 0, 1]], directions=[[0, 0, 1]],
     ...                  radiance=[0.0], material=Lambert(albedo=1.0))
     >>> S = shading(q, [[0, 0, 2]])
@@ -50,7 +72,7 @@ def shading(
 def shaded(
     s: Surfels, positions: NDArray[np.float64], geometry: Geometry | None
 ) -> NDArray[np.floating]:
-    """S at (k, 3) positions as (c, k, n), in the kernel's own precision."""
+    """S in m^-2 sr^-1 at (k, 3) positions as (c, k, n), in the kernel's own precision."""
     blocks = []
     with doubles(s.double):
         for i, p, k in _pairs(s.n, positions):
@@ -67,12 +89,53 @@ def shading_gradient(
     blur: float = 0.0,
     axes: Sequence[int] | NDArray[np.intp] = (0, 1, 2),
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """S(q, p) and dS/dp at (k, 3) positions: (n, k, c) and (n, k, c, len(axes)).
+    """Shading function S(q, p) of Eq. 2 and its gradient dS/dp.
 
-    Derivatives in closed form where the BRDF has one, else by automatic differentiation. V is held
-    constant, as it is everywhere but on a shadow's edge, and the gradient is 0 where S is. With
-    ``blur``, in metres, V is a mean over positions that far about p (`visible_about`), and its
-    slope, by Stein's identity, has its part in the gradient.
+    V is held constant, as it is everywhere but on a shadow's edge, and the gradient is 0 where S
+    is.
+
+    Parameters
+    ----------
+    q : Observations
+        The n observations; or the same as Dr.Jit arrays (`lightloc.optics.Surfels`).
+    positions : (k, 3) array_like
+        Positions p of a light, metres.
+    geometry : Geometry, optional
+        What occludes; nothing does where None.
+    blur : float
+        Where above 0, V is a mean over positions this far about p, metres, and its slope has its
+        part in the gradient; shadows have hard edges where 0.
+    axes : (d,) sequence of int
+        Coordinates of p to differentiate by: 0, 1, 2 for x, y, z.
+
+    Returns
+    -------
+    S : (n, k, c) array
+        As `shading`, m^-2 sr^-1.
+    gradient : (n, k, c, d) array
+        Derivatives of S along the axes, m^-3 sr^-1.
+
+    Raises
+    ------
+    ValueError
+        If the positions have another shape, or are not finite.
+
+    Notes
+    -----
+    Derivatives are in closed form where the BRDF has one, else by automatic differentiation. With
+    ``blur``, the slope of V follows from Stein's identity.
+
+    Examples
+    --------
+    Straight above a surface S falls off as 1 / d^2, so that dS/dz = -2 S / d:
+
+    >>> import numpy as np
+    >>> from lightloc import Lambert, Observations, shading_gradient
+    >>> q = Observations(positions=[[0, 0, 0]], normals=[[0, 0, 1]], directions=[[0, 0, 1]],
+    ...                  radiance=[0.0], material=Lambert(albedo=1.0))
+    >>> S, gradient = shading_gradient(q, [[0, 0, 2]])
+    >>> bool(np.allclose(gradient[0, 0, 0], [0, 0, -2 * S[0, 0, 0] / 2]))
+    True
     """
     s = q if isinstance(q, Surfels) else surfels(q)
     points = array("positions", positions, (None, 3))
@@ -91,7 +154,7 @@ def slopes(
 ) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
     """S with V = 1 and dS/dp at (k, 3) positions, in the kernel's own precision.
 
-    Returns (c, k, n) and (c, d, k, n), where d is the number of axes.
+    Returns (c, k, n) in m^-2 sr^-1 and (c, d, k, n) in m^-3 sr^-1, where d is the number of axes.
     """
     values, gradients = [], []
     with doubles(s.double):
@@ -111,9 +174,9 @@ def shadows(
     blur: float = 0.0,
     axes: Sequence[int] | NDArray[np.intp] = (0, 1, 2),
 ) -> tuple[NDArray[np.floating], NDArray[np.floating] | None]:
-    """V between every observation and (k, 3) positions: (k, n), and its slope (d, k, n).
+    """V between every observation and (k, 3) positions: (k, n), and its slope (d, k, n) in m^-1.
 
-    0 or 1 and no slope without ``blur``; else as `visible_about` says.
+    0 or 1 and no slope without ``blur`` in metres; else as `visible_about` says.
     """
     f, seen, slope = types(), [], []
     soft = bool(blur) and geometry is not None
@@ -145,7 +208,36 @@ def _joined(blocks: list[NDArray[np.float64]], axis: int) -> NDArray[np.float64]
 def radiance(
     q: Observations | Surfels, lights: PointLights, geometry: Geometry | None = None
 ) -> NDArray[np.float64]:
-    """Direct radiance of ``lights`` at the observations, Eq. 4: (n, c)."""
+    """Direct radiance of lights at the observations, B = sum I S of Eq. 4.
+
+    Parameters
+    ----------
+    q : Observations
+        The n observations, whose own radiance is not looked at; or the same as Dr.Jit arrays
+        (`lightloc.optics.Surfels`).
+    lights : PointLights
+        The lights.
+    geometry : Geometry, optional
+        What occludes; nothing does where None.
+
+    Returns
+    -------
+    (n, c) array
+        B in W sr^-1 m^-2. c is 3 where the lights or the material have three channels; without any
+        light it is the lights'.
+
+    Examples
+    --------
+    Two lights of 1 W/sr, 1 m and 2 m above a diffuse surface: albedo / pi (1 + 1/4).
+
+    >>> import numpy as np
+    >>> from lightloc import Lambert, Observations, PointLights, radiance
+    >>> q = Observations(positions=[[0, 0, 0]], normals=[[0, 0, 1]], directions=[[0, 0, 1]],
+    ...                  radiance=[0.0], material=Lambert(albedo=0.8))
+    >>> B = radiance(q, PointLights([[0, 0, 1], [0, 0, 2]], [1.0, 1.0]))
+    >>> (np.pi * B).round(6).tolist()
+    [[1.0]]
+    """
     if not len(lights):
         n = q.n if isinstance(q, Surfels) else len(q)
         return np.zeros((n, lights.channels))
@@ -160,11 +252,42 @@ def radiance(
 def check_gradient(
     q: Observations, position: ArrayLike, geometry: Geometry | None = None, step: float = 1e-3
 ) -> float:
-    """The worst disagreement of `shading_gradient` with central differences at one position.
+    """Compare `shading_gradient` with central differences at one position.
 
-    Returns ``max |AD - FD| / max |FD|`` over the observations that are visible at all six shifted
-    positions. The differences are of float32 values: with ``step`` in metres, expect
-    about 1e-7 / step + step^2.
+    Parameters
+    ----------
+    q : Observations
+        The observations.
+    position : (3,) array_like
+        Position p of a light, metres.
+    geometry : Geometry, optional
+        What occludes; nothing does where None.
+    step : float
+        Half the distance over which differences are taken, metres.
+
+    Returns
+    -------
+    float
+        The worst disagreement, max abs(gradient - difference) / max abs(difference), over the
+        observations that see p and all six shifted positions. The differences are of float32
+        values: expect about 1e-7 / step + step^2.
+
+    Raises
+    ------
+    ValueError
+        If the position is not three finite numbers, or no observation sees it and all of the
+        shifted positions.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from lightloc import Lambert, Observations, check_gradient
+    >>> floor = np.random.default_rng(0).uniform(-1, 1, (100, 3)) * [1, 1, 0]
+    >>> up = np.tile([0, 0, 1], (100, 1))
+    >>> q = Observations(positions=floor, normals=up, directions=up, radiance=np.zeros(100),
+    ...                  material=Lambert(albedo=0.5))
+    >>> check_gradient(q, [0.2, 0.1, 1.0]) < 1e-3
+    True
     """
     p = array("position", position, (3,))
     moves = step * np.concatenate([np.eye(3), -np.eye(3)])

@@ -31,7 +31,28 @@ def published(
     surface: Surface | None,
     watch: Callable[[Step], None],
 ) -> Localization:
-    """The paper's: `iterate` to its end. The history's chi2 is the MSE of B, as in section 6.1."""
+    """Run `iterate` to its end. The history's chi2 is the MSE of B, as in section 6.1.
+
+    Parameters
+    ----------
+    q
+        Observations of one channel.
+    geometry
+        What occludes; nothing does where None.
+    region : (2, 3) array
+        Corners of the region that may hold lights, metres.
+    o
+        The method's parameters.
+    surface
+        Distances between the observations; `along_surface` where None.
+    watch
+        Is called with each step.
+
+    Raises
+    ------
+    ValueError
+        If there are three channels.
+    """
     if q.channels != 1:
         raise ValueError("method 'paper' takes one channel; give it one of the three at a time")
     radius = q.diagonal / 2

@@ -1,7 +1,7 @@
 """The published method, as published: sections 4.3 and 5 on one page.
 
 A yardstick: no improvement of ours goes into it. Every parameter that the paper states has the
-paper's value; where it is silent, the field's comment says so and what was chosen.
+paper's value; where it is silent, the description in `Paper` says so and what was chosen.
 """
 
 from __future__ import annotations
@@ -23,25 +23,68 @@ from lightloc.paper.voting import DISCONTINUITY, LOWERING, MERGE, Votes, vote
 
 @dataclass(frozen=True)
 class Paper:
-    """The paper's parameters. Lengths in parts of the scene's radius, half its diagonal."""
+    """Parameters of the published method (sections 4 to 6).
 
-    cells: int = 256  # along the longest side, 2D (section 4.1)
-    cells_3d: int = 64  # the paper takes 512 (section 4.4), an hour a field
-    threshold: float = DISCONTINUITY  # T (section 4.2)
-    radius: int | None = None  # of the voting circle; None: 1 without noise, 15 with (6.1)
-    height: float = 0.1  # H, of |Q| (section 4.3)
-    merge: float = MERGE  # section 4.3
-    increment: float = 0.025  # W/sr a step (section 6.1)
-    # On the MSE of B; None: 0.0025 without noise, and with it 105 % of what sigma leads one to
-    # expect of the true lights (section 6.1).
+    Where the paper is silent on a value, that is said here. The scene's radius is half the diagonal
+    of the observations' bounding box.
+
+    Parameters
+    ----------
+    cells : int
+        Cells along the longest side in 2D (section 4.1).
+    cells_3d : int
+        The same in 3D, where the paper takes 512 (section 4.4), an hour a field.
+    threshold : float
+        T, as a share of the scene's radius (section 4.2).
+    radius : int, optional
+        Radius of the voting circle, cells; where None, 1 without noise and 15 with it (section
+        6.1).
+    height : float
+        H, as a share of the number of observations (section 4.3).
+    merge : float
+        Share of the scene's radius within which peaks are one (section 4.3).
+    increment : float
+        How much brighter the hypotheses become in an iteration, W/sr (section 6.1).
+    low_error : float, optional
+        Mean squared error of B, (W sr^-1 m^-2)^2, at which the lights explain it. Where None,
+        0.0025 without noise, and with it 105 % of what sigma leads one to expect of the true lights
+        (section 6.1).
+    lowering : float, optional
+        Factor on H while there is no peak; silent. Where None, 0.5 without noise, and 0.9 with it,
+        where too low an H lets spurious peaks in.
+    association : float
+        Share of the scene's radius: a candidate further from all hypotheses is a new one; silent.
+    stray : float
+        Share of the scene's radius that a light may move before the optimization is stopped early;
+        silent on how far.
+    steps : int
+        Evaluations of Levenberg-Marquardt, at most; silent.
+    damping : float
+        Its first damping; silent. Random starts then succeed nearly as often as in the paper.
+    most_lights : int
+        Number of hypotheses at which the method gives up; silent.
+
+    Examples
+    --------
+    >>> from lightloc import Paper
+    >>> Paper().increment, Paper().height, Paper().threshold  # the paper's own
+    (0.025, 0.1, 0.05)
+    """
+
+    cells: int = 256
+    cells_3d: int = 64
+    threshold: float = DISCONTINUITY
+    radius: int | None = None
+    height: float = 0.1
+    merge: float = MERGE
+    increment: float = 0.025
     low_error: float | None = None
-    lowering: float | None = None  # H times this while there is no peak; silent. None: half
-    # without noise, and 0.9 with it, where too low an H lets spurious peaks in
-    association: float = 0.03  # a candidate further from all hypotheses is a new one; silent
-    stray: float = np.inf  # where the optimization is stopped early; silent on how far
-    steps: int = 300  # of Levenberg-Marquardt; silent
-    damping: float = 1e-3  # its first; silent. Random starts then succeed nearly as often as there
-    most_lights: int = 30  # hypotheses; silent
+    lowering: float | None = None
+    association: float = 0.03
+    stray: float = np.inf
+    steps: int = 300
+    damping: float = 1e-3
+    most_lights: int = 30
 
 
 RADIUS_OF_NOISE = (1, 15)  # pixels, without and with noise (section 6.1)
@@ -53,15 +96,24 @@ LOW_ERROR, OF_THE_TRUTH = 0.0025, 1.05  # section 6.1
 class State:
     """What a step of the algorithm has come to: an optimization, or an iteration without one.
 
-    Args:
-        iteration: from 0; each brightens the hypotheses by one increment.
-        hypotheses: where they are and how bright they have grown so far.
-        unexplained: (n,) B' of section 5.1.
-        votes: V(p) of B'.
-        candidates: (m, 3) its peaks.
-        tried: the lights of the optimization that a new candidate triggered; None without one.
-        mse: of ``tried``.
-        reason: why the algorithm ends here; None while it goes on.
+    Parameters
+    ----------
+    iteration
+        Counts from 0; each brightens the hypotheses by one increment.
+    hypotheses
+        Where they are and how bright they have grown so far.
+    unexplained : (n,) array
+        B' of section 5.1.
+    votes
+        V(p) of B'.
+    candidates : (m, 3) array
+        Its peaks, metres.
+    tried
+        The lights of the optimization that a new candidate triggered; None without one.
+    mse
+        Mean squared error of B that ``tried`` leave.
+    reason
+        Why the algorithm ends here; None while it goes on.
     """
 
     iteration: int
@@ -79,11 +131,23 @@ def iterate(
 ) -> Iterator[State]:
     """Section 5: discover, optimize, brighten, refine; until the lights explain B, or it fails.
 
-    Args:
-        problem: B(q) of one channel, with the weights of the optimization.
-        surface: of its observations, for the votes.
-        radius: the scene's, metres.
-        low_error: the MSE of B at which the lights explain it.
+    Parameters
+    ----------
+    problem
+        B(q) of one channel, with the weights of the optimization.
+    surface
+        Distances between its observations, for the votes.
+    radius
+        The scene's, metres.
+    low_error
+        The mean squared error of B at which the lights explain it.
+    o
+        The method's parameters.
+
+    Yields
+    ------
+    State
+        After each optimization, and after each iteration without one.
     """
     grid = grid_over(problem.bounds, o)
     field = Field.over(problem.surfels, grid, problem.geometry)
@@ -123,7 +187,7 @@ MOST_ITERATIONS = 10_000
 
 
 def grid_over(bounds: NDArray[np.float64], o: Paper) -> Grid:
-    """Square cells, `Paper.cells` of them along the longest side."""
+    """Square cells over (2, 3) bounds in metres, `Paper.cells` of them along the longest side."""
     size = bounds[1] - bounds[0]
     cells = o.cells_3d if (size > 0).all() else o.cells
     shape = np.maximum(1, np.rint(cells * size / size.max())).astype(int)
@@ -131,7 +195,10 @@ def grid_over(bounds: NDArray[np.float64], o: Paper) -> Grid:
 
 
 def rendered(problem: Problem, positions: NDArray[np.float64]) -> NDArray[np.float64]:
-    """S(q, p): (n, k); what "Render" of section 5 needs to know of the lights' positions."""
+    """S(q, p) at (k, 3) positions in metres: (n, k), m^-2 sr^-1.
+
+    All that "Render" of section 5 needs to know of the positions.
+    """
     if not len(positions):
         return np.zeros((problem.rows, 0))
     return shading(problem.surfels, positions, problem.geometry)[:, :, 0]
@@ -147,6 +214,7 @@ def votes_of(
 
 
 def peaks_of(votes: Votes, n: int, radius: float, o: Paper) -> NDArray[np.float64]:
+    """(m, 3) peaks of the votes of n observations, metres, with H of that number (section 4.3)."""
     return votes.peaks(o.height * n, radius, merge=o.merge, lowering=o.lowering or LOWERING)
 
 
@@ -165,9 +233,10 @@ def optimize(
 ) -> tuple[PointLights, float]:
     """Section 5.2: intensities alone, which is linear, then Levenberg-Marquardt; with its MSE.
 
-    Lights stay in the room, and intensities are of either sign. What comes out is read as lights:
-    hypotheses that came together are one, and those of less than one increment are none; then the
-    rest is optimized once more. The MSE is infinite where a light strayed.
+    From (k, 3) positions in metres. Lights stay in the room, and intensities are of either sign.
+    What comes out is read as lights: hypotheses that came together are one, and those of less than
+    one increment are none; then the rest is optimized once more. The MSE is infinite where a light
+    strayed.
     """
     I = intensities(problem, positions)
     there = descend(

@@ -18,14 +18,27 @@ FINE = 64  # directions per cell of the circle's radius, from which its pixels a
 
 @dataclass(frozen=True, eq=False)
 class Votes:
-    """V(p) over a grid and its peaks.
+    """V(p) over a grid and its peaks (section 3.4).
 
-    Args:
-        grid: where V was counted.
-        votes: V(p), `grid.shape`: how many limiters lie between neighbours on the circle (2D) or
-            within a triangle of the sphere (3D) about p, on the mean.
-        medial_axis: `grid.shape` bool, where limiters of consecutive neighbours are T apart or
-            more (section 4.2).
+    Parameters
+    ----------
+    grid : Grid
+        Where V was counted.
+    votes : array
+        V(p), of shape ``grid.shape``: how many limiters lie between neighbours on the circle (2D)
+        or within a triangle of the sphere (3D) about p, on the mean.
+    medial_axis : array of bool
+        Of shape ``grid.shape``, where limiters of consecutive neighbours are T apart or more
+        (section 4.2).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from lightloc import Grid, Votes
+    >>> grid = Grid([0, 0, 0], [5, 1, 0], (5, 1, 1))
+    >>> votes = np.array([0, 3.0, 0, 2.5, 0]).reshape(grid.shape)
+    >>> grid.points[Votes(grid, votes, votes > 9).votes.argmax()].tolist()  # where V is largest
+    [1.5, 0.5, 0.0]
     """
 
     grid: Grid
@@ -35,11 +48,30 @@ class Votes:
     def peaks(
         self, height: float, radius: float, *, merge: float = MERGE, lowering: float = LOWERING
     ) -> NDArray[np.float64]:
-        """(m, 3) positions of local maxima above H = ``height``, highest first (section 4.3).
+        """Find the local maxima of V above H = ``height``, highest first (section 4.3).
 
-        H is lowered until there is a peak. Of peaks within ``merge`` of ``radius`` (the scene's,
-        metres) the highest stands for all.
+        H is lowered until there is a peak.
 
+        Parameters
+        ----------
+        height : float
+            H, in the unit of ``votes``.
+        radius : float
+            The scene's radius, metres.
+        merge : float
+            Share of that radius within which the highest of several peaks stands for all.
+        lowering : float
+            Factor on H while it has no peak.
+
+        Returns
+        -------
+        (m, 3) array
+            Positions of the peaks, metres; none where nothing has a vote.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from lightloc import Grid, Votes
         >>> grid = Grid([0, 0, 0], [5, 1, 0], (5, 1, 1))
         >>> values = np.array([0, 3.0, 0, 2.5, 0]).reshape(grid.shape)
         >>> Votes(grid, values, values > 9).peaks(2.0, radius=1.0).tolist()
@@ -70,25 +102,48 @@ class Votes:
 def vote(
     grid: Grid, limiters: ArrayLike, surface: Surface, threshold: float, radius: int = 1
 ) -> Votes:
-    """The votes V(p) of Eq. 8, from the limiter field by the formulas of sections 4.3 and 4.4.
-
-    Args:
-        grid: where L was computed; one cell deep for a 2D scene.
-        limiters: (g,) indices L(p) into the observations, as `intensity_distance` gives them.
-        surface: of those observations.
-        threshold: T, metres along the surface: limiters further apart are a discontinuity and do
-            not vote. The paper's is `DISCONTINUITY` of the scene's radius.
-        radius: of the circle or sphere about p, in cells: 1 without noise, 15 with (section 6.1).
+    """Votes V(p) of Eq. 8, from the limiter field by the formulas of sections 4.3 and 4.4.
 
     In 2D, V is the mean over consecutive pixels of the circle of the distance between their
     limiters; in 3D, over the triangles of the sphere, of the area that the three limiters span;
     both in units of the surface that one observation stands for, and zero where T is passed.
 
-    >>> from lightloc.paper.surface import Perimeter
-    >>> edge = Perimeter(np.zeros(9, int), np.arange(9.0), np.full(9, 9.0))
-    >>> grid = Grid([0, 0, 0], [3, 3, 0], (3, 3, 1))
-    >>> float(vote(grid, np.zeros(9, int), edge, 2.0).votes.max())
-    0.0
+    Parameters
+    ----------
+    grid : Grid
+        Where L was computed; one cell deep for a 2D scene.
+    limiters : (g,) array_like of int
+        Indices L(p) into the observations, as `intensity_distance` gives them for one channel.
+    surface : Surface
+        Distances between those observations.
+    threshold : float
+        T, metres along the surface: limiters further apart are a discontinuity and do not vote. The
+        paper's is 0.05 of the scene's radius.
+    radius : int
+        Radius of the circle or sphere about p, cells: 1 without noise, 15 with it (section 6.1).
+
+    Returns
+    -------
+    Votes
+        V(p) and the medial axis.
+
+    Raises
+    ------
+    ValueError
+        If there is not one limiter for each cell, or the surface has no areas (`Perimeter`) and the
+        grid is more than one cell deep.
+
+    Examples
+    --------
+    Observations 1 m apart on a wall, each of which limits one column of cells. Of the eight pairs
+    of neighbours about p four have limiters that differ, by one observation:
+
+    >>> import numpy as np
+    >>> from lightloc import Grid, Perimeter, vote
+    >>> wall = Perimeter(np.zeros(9, int), np.arange(9.0), np.full(9, 9.0))
+    >>> grid = Grid([0, 0, 0], [5, 5, 0], (5, 5, 1))
+    >>> vote(grid, np.repeat(np.arange(5), 5), wall, threshold=2.0).votes[2, 2].tolist()
+    [0.5]
     """
     L = np.asarray(limiters).reshape(grid.shape)
     if grid.shape[2] == 1:
@@ -101,6 +156,8 @@ def vote(
 def circle(radius: int) -> NDArray[np.intp]:
     """The pixels of a circle in order, each a neighbour of the last: (m, 2) steps from p.
 
+    Examples
+    --------
     >>> len(circle(1)), len(circle(15))
     (8, 112)
     """

@@ -20,17 +20,24 @@ PIECES = 64  # chords of an arc where a polyline must do: they leave it by 3e-4 
 
 @dataclass(frozen=True, eq=False)
 class Loop:
-    """Edge i runs from vertex i to the next, and the last one back to the first.
+    """A closed curve of edges: edge i runs from vertex i to the next, and the last one back.
 
-    Args:
-        vertices: (m, 2), metres; (m, 3) with z = 0 serves as well.
-        bulges: (m,) or one for all, as in DXF: the tangent of a quarter of the arc's angle,
-            positive where the arc turns left; 0 is straight. A circle is two edges of bulge 1.
+    Parameters
+    ----------
+    vertices : (m, 2) or (m, 3) array_like
+        Where edges begin, metres; with three coordinates, z = 0.
+    bulges : float or (m,) array_like
+        As in DXF: the tangent of a quarter of the arc's angle, positive where the arc turns left; 0
+        is straight. A circle is two edges of bulge 1.
 
-    Raises:
-        ValueError: fewer than 2 edges, no area inside, an edge without length, a value that is
-            not finite, or edges that cross (arcs are taken as `PIECES` chords for that).
+    Raises
+    ------
+    ValueError
+        If there are fewer than 2 edges, no area inside, an edge without length, a value that is not
+        finite or off the plane, or edges that cross (arcs are taken as `PIECES` chords for that).
 
+    Examples
+    --------
     >>> disc = Loop([[-1, 0], [1, 0]], 1.0)
     >>> bool(np.isclose(disc.area, np.pi)), bool(np.isclose(disc.length, 2 * np.pi))
     (True, True)

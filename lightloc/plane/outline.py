@@ -22,17 +22,29 @@ NEAR = 1e-3  # of the bounds' diagonal: a position further off is not on the out
 class Outline:
     """A 2D room in the plane z = 0; free space is inside the walls and outside the occluders.
 
-    As a `Geometry` it stands for the prism over it, without floor or ceiling: rays that leave
-    the plane meet its vertical walls.
+    As a `Geometry` it stands for the prism over it, without floor or ceiling: rays that leave the
+    plane meet its vertical walls.
 
-    Args:
-        walls: a `Loop`, run through in either direction.
-        occluders: more of them, within the walls and apart from each other.
+    Parameters
+    ----------
+    walls : Loop
+        The walls as a closed curve (`lightloc.plane.Loop`), run through in either direction.
+    occluders : tuple of Loop
+        More of them, within the walls and apart from each other; none by default.
 
-    Raises:
-        ValueError: an occluder crosses the walls or another one, lies outside the walls or
-            within another occluder.
+    Raises
+    ------
+    ValueError
+        If an occluder crosses the walls or another one, or lies outside the walls or within another
+        occluder.
 
+    Notes
+    -----
+    The 2D scenes of section 6.1.
+
+    Examples
+    --------
+    >>> from lightloc import Outline
     >>> room = Outline.polygon([[0, 0], [1, 0], [1, 1], [0, 1]])
     >>> positions, normals = room.sample(400)
     >>> positions[0].round(6).tolist(), normals[0].tolist(), room.occludes
@@ -60,23 +72,125 @@ class Outline:
 
     @staticmethod
     def polygon(vertices: ArrayLike, bulges: ArrayLike = 0.0) -> Outline:
-        """Walls with (m, 2) or (m, 3) vertices in metres; `Loop` says what ``bulges`` are."""
+        """Make a room whose walls are straight, or circular arcs, between vertices.
+
+        Parameters
+        ----------
+        vertices : (m, 2) or (m, 3) array_like
+            Corners in metres, in order; with three coordinates, z = 0.
+        bulges : float or (m,) array_like
+            Tangent of a quarter of the angle of the arc from each vertex to the next, positive
+            where it turns left; 0 is straight.
+
+        Returns
+        -------
+        Outline
+            The room, empty.
+
+        Raises
+        ------
+        ValueError
+            If there are fewer than two vertices, two that follow each other are the same, the walls
+            cross themselves or enclose no area, or a value is not finite or off the plane.
+
+        Examples
+        --------
+        >>> from lightloc import Outline
+        >>> Outline.polygon([[0, 0], [3, 0], [3, 2], [0, 2]]).area
+        6.0
+        """
         return Outline(Loop(vertices, bulges))
 
     @staticmethod
     def circle(centre: ArrayLike, radius: float) -> Outline:
-        """One round wall."""
+        """Make a room with one round wall.
+
+        Parameters
+        ----------
+        centre : (2,) or (3,) array_like
+            Centre of the circle, metres; with three coordinates, z = 0.
+        radius : float
+            Radius of the circle, metres.
+
+        Returns
+        -------
+        Outline
+            The room, empty.
+
+        Raises
+        ------
+        ValueError
+            If the radius is 0, or a value is not finite or off the plane.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from lightloc import Outline
+        >>> bool(np.isclose(Outline.circle([0, 0], 2).area, np.pi * 2**2))
+        True
+        """
         return Outline(Outline.disc(centre, radius))
 
     @staticmethod
     def disc(centre: ArrayLike, radius: float) -> Loop:
-        """A circle as a loop, for occluders."""
+        """Make a circle as a loop, for occluders.
+
+        Parameters
+        ----------
+        centre : (2,) or (3,) array_like
+            Centre of the circle, metres; with three coordinates, z = 0.
+        radius : float
+            Radius of the circle, metres.
+
+        Returns
+        -------
+        Loop
+            The circle.
+
+        Raises
+        ------
+        ValueError
+            If the radius is 0, or a value is not finite or off the plane.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from lightloc import Outline
+        >>> bool(np.isclose(Outline.disc([0.5, 0.5], 0.1).length, 2 * np.pi * 0.1))
+        True
+        """
         (c,) = in_plane("centre", np.reshape(numbers("centre", centre), (1, -1)))
         reach = np.array([radius, 0.0])
         return Loop([c - reach, c + reach], 1.0)
 
     def with_occluders(self, *occluders: Loop) -> Outline:
-        """The same room with more in it."""
+        """Return the same room with more occluders in it.
+
+        Parameters
+        ----------
+        *occluders : Loop
+            The occluders to add.
+
+        Returns
+        -------
+        Outline
+            The room with them and its own.
+
+        Raises
+        ------
+        ValueError
+            If an occluder crosses the walls or another one, or lies outside the walls or within
+            another occluder.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from lightloc import Outline
+        >>> room = Outline.polygon([[0, 0], [1, 0], [1, 1], [0, 1]])
+        >>> with_column = room.with_occluders(Outline.disc([0.5, 0.5], 0.1))
+        >>> bool(np.isclose(with_column.area, 1 - np.pi * 0.1**2))
+        True
+        """
         return Outline(self.walls, self.occluders + occluders)
 
     @property
@@ -96,17 +210,39 @@ class Outline:
 
     @property
     def area(self) -> float:
-        """Of the free space, square metres."""
+        """Area of the free space, m^2."""
         return abs(self.walls.area) - sum(abs(loop.area) for loop in self.occluders)
 
     def sample(self, n: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Positions (n, 3) and unit normals (n, 3) into free space, evenly spaced.
+        """Space n points evenly along the outline.
 
-        Each loop gets a share of the points by its length, and stands there divided into as many
-        equal arcs; the points are their midpoints, in order along the loop.
+        Each loop gets a share of the points by its length, and is divided into as many equal arcs;
+        the points are their midpoints, in order along the loop, first of the walls and then of the
+        occluders.
 
-        Raises:
-            ValueError: there are fewer points than loops.
+        Parameters
+        ----------
+        n : int
+            Number of points, at least one for each loop.
+
+        Returns
+        -------
+        positions : (n, 3) array
+            The points, metres.
+        normals : (n, 3) array
+            Unit normals there, into free space.
+
+        Raises
+        ------
+        ValueError
+            If there are fewer points than loops.
+
+        Examples
+        --------
+        >>> from lightloc import Outline
+        >>> positions, normals = Outline.polygon([[0, 0], [1, 0], [1, 1], [0, 1]]).sample(4)
+        >>> positions[:2].tolist(), normals[:2].tolist()
+        ([[0.5, 0.0, 0.0], [1.0, 0.5, 0.0]], [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
         """
         if n < len(self.loops):
             raise ValueError(f"sample of {n} points; expected at least one on each loop")
@@ -126,14 +262,31 @@ class Outline:
     def along(
         self, positions: ArrayLike
     ) -> tuple[NDArray[np.intp], NDArray[np.float64], NDArray[np.float64]]:
-        """Where on the outline (n, 3) positions lie.
+        """Find where on the outline positions lie: what `Perimeter` is made of.
 
-        Returns the index of each one's loop (n,), the arc-length coordinate on it (n,) and that
-        loop's whole length (n,), metres: what `Perimeter` is made of.
+        Parameters
+        ----------
+        positions : (n, 2) or (n, 3) array_like
+            Points on the outline, metres.
 
-        Raises:
-            ValueError: a position is further than `NEAR` of the bounds' diagonal off the outline.
+        Returns
+        -------
+        loop : (n,) array of int
+            Which loop each point lies on, counted as in ``loops``.
+        along : (n,) array
+            How far along that loop it lies, metres.
+        length : (n,) array
+            The whole length of that loop, metres.
 
+        Raises
+        ------
+        ValueError
+            If a position is further than a thousandth of the bounds' diagonal off the outline, or
+            not finite, or off the plane.
+
+        Examples
+        --------
+        >>> from lightloc import Outline
         >>> room = Outline.polygon([[0, 0], [1, 0], [1, 1], [0, 1]])
         >>> [v.tolist() for v in room.along([[0.25, 0, 0], [1, 0.5, 0]])]
         [[0, 0], [0.25, 1.5], [4.0, 4.0]]
@@ -149,9 +302,27 @@ class Outline:
         return loop, s[loop, np.arange(len(p))], lengths[loop]
 
     def distances(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
-        """d(x, y) along the surface between (n, 3) positions on it (section 4.2), metres: the
-        shorter way round a loop, infinite from one loop to another.
+        """Distance d(x, y) along the surface between pairs of positions on it (section 4.2).
 
+        Parameters
+        ----------
+        x, y : (n, 2) or (n, 3) array_like
+            Points on the outline, metres.
+
+        Returns
+        -------
+        (n,) array
+            The shorter way round the loop, metres; infinite from one loop to another.
+
+        Raises
+        ------
+        ValueError
+            If a position is further than a thousandth of the bounds' diagonal off the outline, or
+            not finite, or off the plane.
+
+        Examples
+        --------
+        >>> from lightloc import Outline
         >>> room = Outline.polygon([[0, 0], [1, 0], [1, 1], [0, 1]])
         >>> room.distances([[0.5, 0, 0]], [[0, 0.75, 0]]).tolist()
         [1.25]
@@ -161,12 +332,57 @@ class Outline:
         return np.where(loop == other, np.minimum(d, length - d), np.inf)
 
     def clearance(self, points: ArrayLike) -> NDArray[np.float64]:
-        """(n,) how far (n, 3) points are from the nearest wall or occluder, metres."""
+        """Return how far points are from the nearest wall or occluder.
+
+        Parameters
+        ----------
+        points : (n, 2) or (n, 3) array_like
+            Points in the plane z = 0, metres.
+
+        Returns
+        -------
+        (n,) array
+            Distances, metres; at least 0 on either side of a wall.
+
+        Raises
+        ------
+        ValueError
+            If a point is not finite, or off the plane.
+
+        Examples
+        --------
+        >>> from lightloc import Outline
+        >>> Outline.circle([0, 0], 1).clearance([[0.3, 0, 0], [0, -0.6, 0]]).round(6).tolist()
+        [0.7, 0.4]
+        """
         p = in_plane("points", points)
         return np.min([loop.nearest(p)[1] for loop in self.loops], axis=0)
 
     def inside(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """(n,) whether (n, 3) points lie in free space."""
+        """Return whether points lie in free space.
+
+        Parameters
+        ----------
+        points : (n, 2) or (n, 3) array_like
+            Points in the plane z = 0, metres.
+
+        Returns
+        -------
+        (n,) array of bool
+            True inside the walls and outside the occluders.
+
+        Raises
+        ------
+        ValueError
+            If a point is not finite, or off the plane.
+
+        Examples
+        --------
+        >>> from lightloc import Outline
+        >>> room = Outline.circle([0, 0], 1).with_occluders(Outline.disc([0, 0], 0.2))
+        >>> room.inside([[0.5, 0, 0], [0.1, 0, 0], [2, 0, 0]]).tolist()
+        [True, False, False]
+        """
         p = in_plane("points", points)
         free = self.walls.encloses(p)
         for loop in self.occluders:
@@ -174,15 +390,63 @@ class Outline:
         return free
 
     def visible(self, x: Any, p: Any, active: Any = True) -> Any:
-        """V(x, p) for points in free space, as `Geometry` asks: (Array3f, Array3f) -> Bool.
+        """Visibility V(x, p) of Eq. 1 between points in free space, as `Geometry` asks for it.
 
-        Walls that nothing inside can see past are not tested, so that a convex room costs
-        nothing.
+        Walls that nothing inside can see past are not tested, so that a convex room costs nothing.
+
+        Parameters
+        ----------
+        x, p : Array3f
+            Ends of the segments, n Dr.Jit points in metres.
+        active : Bool
+            Which of them to test; all by default.
+
+        Returns
+        -------
+        Bool
+            Whether each segment is free; False where it is not active. The last 0.09 % of the way
+            to p is left out, since p may lie on a surface.
+
+        Examples
+        --------
+        >>> from lightloc import Outline
+        >>> from lightloc.backend import types
+        >>> room = Outline.circle([0, 0], 1).with_occluders(Outline.disc([0, 0], 0.2))
+        >>> Array3f = types().Array3f
+        >>> x, p = Array3f(-0.5, [0.0, 0.5], 0), Array3f(0.5, [0.0, 0.5], 0)
+        >>> list(room.visible(x, p))
+        [False, True]
         """
         return is_free(self._in_the_way, x, p) & active
 
     def intersect(self, x: Any, d: Any, active: Any = True) -> tuple[Any, Any]:
-        """First point of the outline along the ray x + t d: (Bool, Array3f)."""
+        """First point of the outline along the rays x + t d, t > 0.
+
+        Parameters
+        ----------
+        x : Array3f
+            Where the rays begin, n Dr.Jit points in metres.
+        d : Array3f
+            Where they go, of any length.
+        active : Bool
+            Which of them to follow; all by default.
+
+        Returns
+        -------
+        hit : Bool
+            Whether each ray meets the outline; False where it is not active.
+        y : Array3f
+            Where it does, metres; x where it meets nothing.
+
+        Examples
+        --------
+        >>> from lightloc import Outline
+        >>> from lightloc.backend import types
+        >>> Array3f = types().Array3f
+        >>> hit, y = Outline.circle([0, 0], 1).intersect(Array3f(0, 0, 0), Array3f(0.6, 0.8, 0))
+        >>> hit[0], [round(axis[0], 6) for axis in y]
+        (True, [0.6, 0.8, 0.0])
+        """
         hit, t = first_hit(self._everything, x, d)
         return hit & active, x + t * d
 

@@ -23,6 +23,8 @@ def in_plane(name: str, value: ArrayLike) -> NDArray[np.float64]:
 def is_in_plane(points: NDArray[np.float64]) -> bool:
     """Whether (n, 2) or (n, 3) points lie in the plane z = 0, to float32.
 
+    Examples
+    --------
     >>> is_in_plane(np.array([[1.0, 2.0, 1e-7]])), is_in_plane(np.array([[1.0, 2.0, 1e-3]]))
     (True, False)
     """

@@ -28,18 +28,33 @@ def follow(
 ) -> tuple[NDArray[np.intp], NDArray[np.float64], NDArray[np.float64]]:
     """Which wall (n, 3) points of the plane z = 0 lie on, and where, in O(n log n) time.
 
-    Args:
-        positions: (n, 3) or (n, 2) metres, in any order, as unevenly spaced as they may be.
-        normals: the same shape, into free space.
+    Between two points that face alike a wall is an arc; where they do not, a corner, for which both
+    walls go on straight until they meet.
 
-    Returns:
-        What `Perimeter` is made of: the index of each point's wall (n,), how far along it the
-        point lies (n,), and the wall's whole length (n,), metres; infinite where the points do not
-        go all around, as on a wall that is seen in part.
+    Parameters
+    ----------
+    positions : (n, 3) or (n, 2) array_like
+        Points in metres, in any order, as unevenly spaced as they may be.
+    normals : (n, 3) or (n, 2) array_like
+        Their normals, into free space.
 
-    Between two points that face alike a wall is an arc; where they do not, a corner, for which
-    both walls go on straight until they meet.
+    Returns
+    -------
+    wall : (n,) array of int
+        The index of each point's wall.
+    along : (n,) array
+        How far along it the point lies, metres.
+    length : (n,) array
+        The wall's whole length, metres; infinite where the points do not go all around, as on a
+        wall that is seen in part.
 
+    Raises
+    ------
+    ValueError
+        If there is no point, the shapes differ, or a value is not finite or off the plane.
+
+    Examples
+    --------
     >>> square = np.array([[0.5, 0], [1, 0.5], [0.5, 1], [0, 0.5]])
     >>> wall, along, length = follow(square, [[0, 1], [-1, 0], [0, -1], [1, 0]])
     >>> wall.tolist(), np.sort(along).tolist(), length.tolist()

@@ -33,9 +33,18 @@ def places(
 ) -> NDArray[np.float64]:
     """(m, 3) places for a further light: up to ``most`` peaks of the gain, and from each one more.
 
-    Args:
-        one: the lights that are there; ``z`` is what they leave, (n, c) in standard errors.
-        loss: standard errors beyond which residuals count less and less in the gain.
+    Parameters
+    ----------
+    stage
+        The observations through wider errors.
+    one
+        The lights that are there.
+    z : (n, c) array
+        What they leave, standard errors.
+    loss
+        Standard errors beyond which residuals count less and less in the gain.
+    most
+        Number of peaks, at most.
     """
     problem = stage.problem
     left = Left.beside(problem, one.lights, z, cauchy(z, loss)[1])

@@ -22,15 +22,29 @@ def certificate(
 ) -> tuple[float, NDArray[np.float64]]:
     """The largest normalized correlation of the residual with a further light, anywhere.
 
-    max over p of a / sqrt(b), where a is the residual's correlation with S(., p) / sigma and b
-    what is left of that atom's energy beside the lights' own derivatives: the gain in chi-square
-    is its square. By chance alone it reaches about sqrt(2 ln m) over m independent places.
+    max over p of a / sqrt(b), where a is the residual's correlation with S(., p) / sigma and b what
+    is left of that atom's energy beside the lights' own derivatives: the gain in chi-square is its
+    square. By chance alone it reaches about sqrt(2 ln m) over m independent places.
 
-    Args:
-        problem: with all observations.
-        sampled: some of them, over which ``dictionary`` was made.
+    Parameters
+    ----------
+    problem
+        With all observations.
+    sampled
+        Some of them, over which ``dictionary`` was made.
+    dictionary
+        The positions that are asked first.
+    lights
+        Those that are there.
+    likelihood
+        Of the residuals.
 
-    Returns standard errors (over several channels, the root of the sum of squares), and p.
+    Returns
+    -------
+    correlation : float
+        Standard errors (over several channels, the root of the sum of squares).
+    p : (3,) array
+        Where it is reached, metres.
     """
     tops = dictionary.tops(sampled, beside(sampled, lights, likelihood), PEAKS)
     if not len(tops):

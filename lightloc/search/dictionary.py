@@ -59,8 +59,7 @@ class Dictionary:
     def tops(self, problem: Problem, left: Left, most: int) -> NDArray[np.float64]:
         """The ``most`` highest peaks of the gain, each followed to its top: (m, 3), best first.
 
-        Args:
-            problem: that the dictionary is over.
+        ``problem`` is the one that the dictionary is over.
         """
         tops = self.points[self.peaks(self.gains(left), most)].copy()
         for i, p in enumerate(tops):
@@ -84,10 +83,14 @@ def atoms_at(problem: Problem, points: NDArray[np.float64]) -> NDArray[np.floati
 class Left:
     """What is left for one more light, once those that are there have adapted to it.
 
-    Args:
-        residual: (c, n) in standard errors, without what the others can take up, times weight.
-        weight: (c, n) in 0..1, the weight that a robust loss gives each residual.
-        basis: for each channel (n, u): what the others span, times the root of the weight.
+    Parameters
+    ----------
+    residual : (c, n) array
+        In standard errors, without what the others can take up, times weight.
+    weight : (c, n) array
+        In 0..1, the weight that a robust loss gives each residual.
+    basis
+        For each channel (n, u): what the others span, times the root of the weight.
     """
 
     residual: NDArray[np.floating]
@@ -100,8 +103,8 @@ class Left:
     ) -> Left:
         """Beside lights, and all that they can adapt: their own derivatives, and an ambient term.
 
-        Args:
-            z: (n, c) what they leave, in standard errors; ``weight`` of each in 0..1.
+        ``z`` (n, c) is what they leave, in standard errors, and ``weight`` (n, c) that of each in
+        0..1.
         """
         bits = BITS[problem.surfels.double]
         columns = whitened(problem, lights.positions[:0])
@@ -129,13 +132,21 @@ def gains_of(
 ) -> NDArray[np.float64]:
     """How much chi-square one more light would gain at each position, all others refitted.
 
-    Args:
-        atoms, energies: (c, g, n) S / sigma and its square.
-        left: what is left to explain.
+    D(p) caps nothing here: one observation in a shadow that the geometry does not have would rule
+    out the true light.
 
-    Returns (g,): the sum over channels of a^2 / b, where a > 0 is the correlation with the
-    residual and b what is left of the atom's energy beside the present lights'. D(p) caps nothing
-    here: one observation in a shadow that the geometry does not have would rule out the true light.
+    Parameters
+    ----------
+    atoms, energies : (c, g, n) array
+        S / sigma and its square.
+    left
+        What is left to explain.
+
+    Returns
+    -------
+    (g,) array
+        The sum over channels of a^2 / b, where a > 0 is the correlation with the residual and b
+        what is left of the atom's energy beside the present lights'.
     """
     total = np.zeros(atoms.shape[1])
     for c in range(len(atoms)):

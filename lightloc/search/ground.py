@@ -24,11 +24,18 @@ BITS = 10
 class Ground:
     """The observations that a search looks at first, and the grid of positions that it asks.
 
-    Args:
-        whole: all observations, with the B and the sigma that it was made of.
-        some: indices of the sample; None where it is all of them.
-        sampled: the problem that ``dictionary`` was made over, in 32 bits.
-        is_open: nothing comes between any of them and any position of the grid.
+    Parameters
+    ----------
+    whole
+        All observations, with the B and the sigma that it was made of.
+    some : (m,) array, optional
+        Indices of the sample; None where it is all of them.
+    sampled
+        The problem that ``dictionary`` was made over, in 32 bits.
+    dictionary
+        S at the grid's positions.
+    is_open
+        Whether nothing comes between any of them and any position of the grid.
     """
 
     whole: Problem
@@ -90,6 +97,8 @@ class Ground:
 def morton(x: NDArray[np.float64]) -> NDArray[np.intp]:
     """The order of (n, 3) points along a Morton curve, so that rays from neighbours go together.
 
+    Examples
+    --------
     >>> morton(np.array([[0.9, 0.9, 0], [0.1, 0, 0], [1, 1, 0], [0, 0, 0]])).tolist()
     [3, 1, 0, 2]
     """

@@ -25,11 +25,20 @@ KEPT = 0.9
 class Ladder:
     """What a search has found.
 
-    Args:
-        fits: the best of each count, from darkness on.
-        best: the one whose lights are each worth their parameters.
-        most: lights beyond which the data only feed an error of the model; None where it is none.
-        enough: there is nothing left to explain, and no place for another light.
+    Parameters
+    ----------
+    view
+        What it was searched over.
+    fits
+        The best of each count, from darkness on.
+    best
+        The one whose lights are each worth their parameters.
+    most
+        Lights beyond which the data only feed an error of the model; None where it is none.
+    enough
+        Whether there is nothing left to explain, and no place for another light.
+    history
+        The steps so far.
     """
 
     view: View

@@ -26,15 +26,26 @@ FALL = 1e-4
 class View:
     """The observations that a search is made over, and what it is asked.
 
-    Args:
-        tight: some observations with their standard errors.
-        single: the same in 32 bits, whatever their errors.
-        dictionary: over ``single``.
-        occluded: whether anything comes between some of them and some position.
-        criterion: decides what is better and when it is enough.
-        enough: chi-square per residual below which the search ends at once.
-        rough: the answer is only to be searched on from.
-        watch: is told each step.
+    Parameters
+    ----------
+    tight
+        Some observations with their standard errors.
+    single
+        The same in 32 bits, whatever their errors.
+    dictionary
+        Over ``single``.
+    occluded
+        Whether anything comes between some of them and some position.
+    most_lights
+        Number of lights, at most.
+    criterion
+        Decides what is better and when it is enough.
+    enough
+        Chi-square per residual below which the search ends at once.
+    rough
+        Whether the answer is only to be searched on from.
+    watch
+        Is told each step.
     """
 
     tight: Problem
@@ -81,10 +92,16 @@ class View:
 class Stage:
     """A view through wider errors.
 
-    Args:
-        problem: with the stage's errors.
-        dictionary: over it.
-        blur: of shadows' edges, metres.
+    Parameters
+    ----------
+    problem
+        With the stage's errors.
+    dictionary
+        Over it.
+    blur
+        Of shadows' edges, metres.
+    criterion
+        The view's.
     """
 
     problem: Problem

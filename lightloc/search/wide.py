@@ -48,11 +48,16 @@ POINT = 1e-6
 class Extended:
     """Lights of which some are wide.
 
-    Args:
-        fit: the lights' centroids and whole intensities, with what they leave as wide as they are.
-        width: (k,) metres; two equal points so far apart look the same. 0 for a point.
-        bound: their standard errors where the widths are unknown too.
-        points: all points that stand for them.
+    Parameters
+    ----------
+    fit
+        The lights' centroids and whole intensities, with what they leave as wide as they are.
+    width : (k,) array
+        Metres; two equal points so far apart look the same. 0 for a point.
+    bound
+        Their standard errors where the widths are unknown too.
+    points
+        All points that stand for them.
     """
 
     fit: Fit
@@ -81,11 +86,16 @@ class Extended:
 class Unknowns:
     """The order of unknowns x: d coordinates a light, c intensities a light, T of each wide one.
 
-    Args:
-        points, wide: how many lights of each kind; those that are wide come last.
-        axes: the d coordinates that lights may move along.
-        channels: c.
-        home: (3,) where they are along the others.
+    Parameters
+    ----------
+    points, wide
+        How many lights of each kind; those that are wide come last.
+    axes : (d,) array
+        Coordinates that lights may move along.
+    channels
+        c.
+    home : (3,) array
+        Where they are along the others, metres.
     """
 
     points: int
