@@ -24,6 +24,8 @@ ALIAS = re.compile(r"TypeAliasForwardRef\('(\w+)'\)")  # Sphinx's word for one t
 def target_of(text: str) -> str | None:
     """The full name that code type in a text stands for; None where it is no public name.
 
+    Examples
+    --------
     >>> target_of("radiance"), target_of("render.observe"), target_of("k = 0.05")
     ('lightloc.radiance', 'render.observe', None)
     """

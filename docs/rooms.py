@@ -27,10 +27,14 @@ Arrow = tuple[str, str]
 class House:
     """What the page shows.
 
-    Args:
-        floors: names of the rooms, from the top floor down.
-        doors: each room's docstring.
-        arrows: (room, room that it imports from).
+    Parameters
+    ----------
+    floors
+        Names of the rooms, from the top floor down.
+    doors
+        Each room's docstring.
+    arrows
+        (room, room that it imports from).
     """
 
     floors: tuple[tuple[str, ...], ...]
@@ -69,10 +73,12 @@ class House:
 
 
 def floors_in(contracts: str) -> tuple[tuple[str, ...], ...]:
-    """The layers within lightloc, from the top down.
+    r"""The layers within lightloc, from the top down.
 
-    >>> one = 'type = "layers"\\ncontainers = ["lightloc"]\\nlayers = ["a", "b | c"]'
-    >>> floors_in("[[tool.importlinter.contracts]]\\n" + one)
+    Examples
+    --------
+    >>> one = 'type = "layers"\ncontainers = ["lightloc"]\nlayers = ["a", "b | c"]'
+    >>> floors_in("[[tool.importlinter.contracts]]\n" + one)
     (('a',), ('b', 'c'))
     """
     for contract in tomllib.loads(contracts)["tool"]["importlinter"]["contracts"]:

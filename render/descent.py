@@ -59,11 +59,16 @@ class Adam:
 class Descent:
     """Where all starts ended, and the one with the least loss.
 
-    Args:
-        lights: of the best start.
-        positions: (m, k, 3) metres.
-        intensities: (m, k, c) W/sr.
-        losses: (m,) mean of the squared residuals in standard errors; infinite where one is none.
+    Parameters
+    ----------
+    lights
+        Of the best start.
+    positions : (m, k, 3) array
+        Metres.
+    intensities : (m, k, c) array
+        W/sr.
+    losses : (m,) array
+        Mean of the squared residuals in standard errors; infinite where one is none.
     """
 
     lights: PointLights
@@ -108,17 +113,41 @@ class Lamps:
 def optimize(
     room: Room, q: Observations, count: int, *, options: Adam | None = None, seed: int = SEED
 ) -> Descent:
-    """Descend from random places in the room's box to ``count`` lights that explain ``q``.
+    """Find lights by gradient descent through Mitsuba's differentiable renderer, a rival of ours.
 
-    Args:
-        room: its surfaces are rendered; its lights are not looked at.
-        q: direct light. The loss is the mean of ((B - rendered) / sigma)^2, with the mean of B in
-            place of sigma where all are exact.
-        options: `Adam`'s own where None.
+    Adam descends from random places in the room's box to ``count`` lights that explain ``q``. The
+    loss is the mean of ((B - rendered) / sigma)^2. No sigma counts as less than 0.3 of their
+    median; where more than half of them are 0, the mean of B takes the place of all.
 
-    Raises ValueError where ``q`` holds interreflected light, or ``count`` is no number of lights.
+    Parameters
+    ----------
+    room : Room
+        Its surfaces are rendered; its lights are not looked at.
+    q : Observations
+        Direct light at points of the room.
+    count : int
+        Number of lights.
+    options : Adam, optional
+        How long and how fast to descend (`render.descent.Adam`); its own values where None.
+    seed : int
+        Seed of the starts, and of the choice of observations.
 
-    >>> from render import load, observe
+    Returns
+    -------
+    Descent
+        ``lights`` of the best start; ``positions`` (m, k, 3) in metres, ``intensities`` (m, k, c)
+        in W/sr and ``losses`` (m,) of all m.
+
+    Raises
+    ------
+    ValueError
+        If ``q`` holds interreflected light, or ``count`` is below 1.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from render import load, observe, optimize
+    >>> from render.descent import Adam
     >>> room = load("box_one")
     >>> q = observe(room, points=256, transport="direct")
     >>> there = optimize(room, q, 1, options=Adam(starts=2, steps=200))

@@ -42,8 +42,27 @@ MAGIC = b"\x76\x2f\x31\x01"  # the first bytes of every EXR file
 def write_exr(view: View, path: str | Path) -> None:
     """Write a view as one EXR file, whole or not at all: same view, same bytes.
 
-    Raises:
-        ValueError: the name does not end in ``.exr``, or the file can't be written.
+    Parameters
+    ----------
+    view : View
+        The view.
+    path : str or Path
+        The file, whose name ends in ``.exr``.
+
+    Raises
+    ------
+    ValueError
+        If the name does not end in ``.exr``, or the file can't be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from render import load, photograph, read_exr, write_exr
+    >>> view = photograph(load("box_one"), width=8, transport="direct")
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_exr(view, f"{folder}/view.exr")
+    ...     read_exr(f"{folder}/view.exr") == view
+    True
     """
     path = Path(path)
     if path.suffix.lower() != ".exr":
@@ -75,10 +94,30 @@ def write_exr(view: View, path: str | Path) -> None:
 def read_exr(path: str | Path) -> View:
     """Read what `write_exr` wrote.
 
-    Raises:
-        ValueError: one sentence naming the file and the field: there is no such file, it is no
-            EXR file or not in this format, a channel is missing, pixels are missing or damaged,
-            or a value is not finite or out of range.
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+
+    Returns
+    -------
+    View
+        The view, with radiance in W sr^-1 m^-2 and positions in metres.
+
+    Raises
+    ------
+    ValueError
+        In one sentence that names the file and the field: if there is no such file, it is no EXR
+        file or not in this format, a channel is missing, pixels are missing or damaged, or a value
+        is not finite or out of range.
+
+    Examples
+    --------
+    >>> from render import read_exr
+    >>> read_exr("gone.exr")
+    Traceback (most recent call last):
+        ...
+    ValueError: gone.exr: no such file
     """
     try:
         with open(path, "rb") as start:

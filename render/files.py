@@ -15,15 +15,30 @@ INCLUDED = re.compile(r"<include\s[^>]*filename=\"([^\"$]+)\"")
 
 
 def files_of(path: str | Path, **parameters: Any) -> list[Path]:
-    """A scene's own file and the meshes, textures, spectra and scenes that it names.
+    """List a scene's own file and the meshes, textures, spectra and scenes that it names.
 
-    Args:
-        path, parameters: as `load` takes them.
+    Parameters
+    ----------
+    path : str or Path
+        An XML file, or the name of a standard scene.
+    **parameters
+        Values for the scene's own ``<default>`` names, as ``alpha=0.2``.
 
-    Raises:
-        ValueError: there is no such scene.
-        RuntimeError: Mitsuba's own, of a scene that it can't read.
+    Returns
+    -------
+    list of Path
+        The scene's file first, then the others that exist, sorted.
 
+    Raises
+    ------
+    ValueError
+        If there is no such scene.
+    RuntimeError
+        Mitsuba's own, of a scene that it can't read.
+
+    Examples
+    --------
+    >>> from render import files_of
     >>> [file.name for file in files_of("furnished")]
     ['furnished.xml', 'rounded_block.ply', 'torus.ply', 'vase.ply']
     """

@@ -90,6 +90,8 @@ def bsdf_of(si: Any) -> NDArray[np.intp]:
 def numbered(ids: NDArray) -> NDArray[np.intp]:
     """Numbers from 0 in the order in which ids first come.
 
+    Examples
+    --------
     >>> numbered(np.array([7, 7, 3, 9, 3])).tolist(), numbered(np.array([1, 1, 8, 2, 8])).tolist()
     ([0, 0, 1, 2, 1], [0, 0, 1, 2, 1])
     """

@@ -17,9 +17,12 @@ def check_meshes(path: Path, parameters: Mapping[str, str]) -> None:
     Mitsuba reads such an index and then crashes on it. The file is read here as a bare mesh,
     without normals and without a scene around it, which is safe (measured, Mitsuba 3.9.1).
 
-    Raises:
-        ValueError: naming the mesh file, and the face where it is one.
-        RuntimeError: Mitsuba's own, of a scene that it can't read.
+    Raises
+    ------
+    ValueError
+        Naming the mesh file, and the face where it is one.
+    RuntimeError
+        Mitsuba's own, of a scene that it can't read.
     """
     scene = mi.parser.parse_file(mi.parser.ParserConfig(mi.variant()), str(path), **parameters)
     files = set()

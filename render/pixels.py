@@ -21,20 +21,38 @@ SAME = 1e-3  # albedo and roughness of a view and its room may differ by this mu
 def observe_view(
     view: View | str | Path, room: Room | None = None, material: BRDF | None = None
 ) -> Observations:
-    """The observations that a view holds: each pure pixel a q, row by row; see `View.used`.
+    """Take the observations from a view: each pure pixel is a q, row by row.
 
-    Args:
-        view: from `photograph`, or the path of an EXR file that `write_exr` wrote.
-        room: the scene it shows, whose BRDFs the observations get. Without it the view's own
-            layers must do, which is enough where every surface is Lambert.
-        material: a BRDF to use for all pixels instead.
+    Parameters
+    ----------
+    view : View, str or Path
+        From `photograph`, or the path of an EXR file that `write_exr` wrote.
+    room : Room, optional
+        The scene that it shows, whose BRDFs the observations get. Without it the view's own layers
+        must do, which is enough where every surface is Lambert.
+    material : BRDF, optional
+        A BRDF to use for all pixels instead.
 
-    Returns observations with one channel where radiance and BRDFs are grey.
+    Returns
+    -------
+    Observations
+        Those of the pixels in `View.used`, with one channel where radiance and BRDFs are grey;
+        radiance and its standard error in W sr^-1 m^-2.
 
-    Raises:
-        ValueError: the file can't be read (see `read_exr`), no pixel is pure, the room is not the
-            one that the view shows, or there is neither a room nor a material and a surface is
-            not Lambert.
+    Raises
+    ------
+    ValueError
+        If the file can't be read (see `read_exr`), no pixel is pure, the room is not the one that
+        the view shows, or there is neither a room nor a material and a surface is not Lambert.
+
+    Examples
+    --------
+    >>> from render import load, observe_view, photograph
+    >>> room = load("box_one")
+    >>> view = photograph(room, width=16, transport="direct")
+    >>> q = observe_view(view)
+    >>> bool(len(q) == view.used.sum()), q.channels, q.interreflected
+    (True, 1, False)
     """
     name = "the view"
     if not isinstance(view, View):

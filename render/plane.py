@@ -31,6 +31,8 @@ def prism(
 ) -> Room:
     """The room over a 2D outline, with diffuse surfaces and point lights in the plane z = 0.
 
+    Examples
+    --------
     >>> square = Outline.polygon([[0, 0], [1, 0], [1, 1], [0, 1]])
     >>> room = prism(square, PointLights([[0.3, 0.4, 0]], [2.0]))
     >>> observe_plane(room, square, 8).radiance.shape

@@ -18,30 +18,55 @@ UNIT = 1.001  # the most that a unit vector's component may be
 
 @dataclass(frozen=True)
 class View:
-    """Layers of (height, width) pixels; each but ``film`` is for the ray through its centre.
+    """What a camera sees: layers of (height, width) pixels.
 
-    All by keyword; kept as read-only float32 arrays, but for ``shape`` and ``pure``.
+    Each layer but ``film`` is for the ray through the pixel's centre. Layers are given by keyword,
+    and kept as read-only float32 arrays, but for ``shape`` and ``pure``.
 
-    Keyword Args:
-        radiance: (h, w, 3) B towards the camera, W sr^-1 m^-2, linear RGB; below 0 only
-            where ``variance`` is above, as a denoiser's may be.
-        variance: (h, w, 3) of the mean ``radiance``, its unit squared; 0 where that is exact.
-        position: (h, w, 3) metres.
-        normal: (h, w, 3) unit shading normal on the side that is seen.
-        facet: (h, w, 3) unit geometric normal on that side; ``normal`` but for smooth meshes.
-        albedo: (h, w, 3) of the diffuse part; 0 for metal.
-        roughness: (h, w) GGX alpha; `DIFFUSE` (0) for Lambert, `OTHER` (-1) for an unknown BSDF.
-        shape: (h, w) int32, the shape's place in the scene; `NOTHING` (-1) where the ray misses,
-            and there the other layers are 0.
-        pure: (h, w) bool, whether the pixel's whole footprint is one smooth piece of one surface
-            with one BRDF. A mixed pixel is no observation.
-        film: (h, w, 3) radiance averaged over the pixel (box filter), where indirect with less
-            noise: the picture to look at, not to measure.
-        camera: (3,) the pinhole, metres.
-        interreflected: whether the radiance holds interreflected light too.
+    Parameters
+    ----------
+    radiance : (h, w, 3) array_like
+        B towards the camera, W sr^-1 m^-2, linear RGB; below 0 only where ``variance`` is above, as
+        a denoiser's may be.
+    variance : (h, w, 3) array_like
+        Variance of the mean ``radiance``, its unit squared; 0 where that is exact.
+    position : (h, w, 3) array_like
+        The point that is seen, metres.
+    normal : (h, w, 3) array_like
+        Unit shading normal on the side that is seen.
+    facet : (h, w, 3) array_like
+        Unit geometric normal on that side; ``normal`` but for smooth meshes.
+    albedo : (h, w, 3) array_like
+        Albedo of the diffuse part; 0 for metal.
+    roughness : (h, w) array_like
+        GGX alpha; 0 for Lambert, -1 for a BSDF that lightloc does not model.
+    shape : (h, w) array_like of int
+        The shape's place in the scene; -1 where the ray misses, and there the other layers are 0.
+    pure : (h, w) array_like of bool
+        Whether the pixel's whole footprint is one smooth piece of one surface with one BRDF. A
+        mixed pixel is no observation.
+    film : (h, w, 3) array_like
+        Radiance averaged over the pixel (box filter), W sr^-1 m^-2, its indirect part with less
+        noise: the picture to look at, not to measure.
+    camera : (3,) array_like
+        The pinhole, metres.
+    interreflected : bool
+        Whether the radiance holds interreflected light too.
 
-    Raises:
-        ValueError: a shape does not fit, a value is not finite or out of range.
+    Raises
+    ------
+    ValueError
+        If a shape does not fit, or a value is not finite or out of range.
+
+    Examples
+    --------
+    >>> from render import load, photograph
+    >>> view = photograph(load("box_one"), width=8, transport="direct")
+    >>> view.size, view.radiance.shape
+    ((8, 6), (6, 8, 3))
+    >>> towards_camera = view.camera - view.position
+    >>> bool(((view.normal * towards_camera).sum(axis=2) > 0).all())  # the side that is seen
+    True
     """
 
     radiance: NDArray[np.float32]
@@ -108,7 +133,7 @@ class View:
 
     @property
     def used(self) -> NDArray[np.bool_]:
-        """(h, w): the pixels that become observations, in this order, row by row."""
+        """(h, w) bool: the pixels that become observations, row by row."""
         return self.pure & (self.shape != NOTHING)
 
     def __eq__(self, other: object) -> bool:

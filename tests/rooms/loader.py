@@ -31,8 +31,10 @@ def room(name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray, Seen]:
 
     ``directions`` (n, 3), towards the camera, are added to its arrays.
 
-    Raises:
-        ValueError: these are not the triangles that were rendered.
+    Raises
+    ------
+    ValueError
+        If these are not the triangles that were rendered.
     """
     made = design(name)
     with np.load(recording(name)) as file:

@@ -172,12 +172,18 @@ class Pile:
 class Design:
     """A room with its camera and its lights.
 
-    Args:
-        vertices, faces, albedo: as `Pile.arrays` gives them.
-        camera: where it stands and the point that it looks at, (2, 3).
-        field_of_view: from left to right, degrees.
-        positions: of the lights, (k, 3).
-        intensities: (k,) W/sr.
+    Parameters
+    ----------
+    vertices, faces, albedo
+        As `Pile.arrays` gives them.
+    camera : (2, 3) array
+        Where it stands and the point that it looks at, metres.
+    field_of_view
+        From left to right, degrees.
+    positions : (k, 3) array
+        Of the lights, metres.
+    intensities : (k,) array
+        Of the lights, W/sr.
     """
 
     vertices: np.ndarray

@@ -18,6 +18,8 @@ SEED = Annotated[int, typer.Option(min=0, help="Of everything random: same seed,
 def parameters(settings: list[str]) -> dict[str, str]:
     """Scene parameters from ``NAME=VALUE`` settings.
 
+    Examples
+    --------
     >>> parameters(["alpha=0.2"])
     {'alpha': '0.2'}
     """

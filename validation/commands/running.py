@@ -24,8 +24,10 @@ def carry_out(
 ) -> None:
     """Run the scenes that have no result yet, with a bar; Ctrl-C ends it in a sentence.
 
-    Raises:
-        typer.Exit: it was stopped; what had ended is kept.
+    Raises
+    ------
+    typer.Exit
+        If it was stopped; what had ended is kept.
     """
     from lightloc import backend
     from validation.commands.progress import Bar

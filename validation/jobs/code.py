@@ -21,10 +21,9 @@ SCENE_FILES = ("xml", "ply")
 def fingerprint(scene: Callable[[str], Any] | None = None, name: str = "") -> str:
     """SHA-256 of the code that makes a scene's record, and of all that it is given.
 
-    Args:
-        scene: runs a scene: a function; or a value with a function ``one`` whose code it is, and
-            with ``given``, which says by name what else decides a record: values, and files such
-            as the user's own scene.
+    ``scene`` runs a scene: it is a function; or a value with a function ``one`` whose code it is,
+    and with ``given``, which says by name what else decides a record: values, and files such as the
+    user's own scene.
     """
     given: Callable[[str], Iterable[str | Path]] | None = getattr(scene, "given", None)
     code = _code(getattr(scene, "one", scene).__module__ if scene else None, given is None)
@@ -67,6 +66,8 @@ def _content(file: Path) -> bytes:
 def needed(module: str) -> dict[str, Path]:
     """The files that a module is made of: its own, and all of `OURS` that these import.
 
+    Examples
+    --------
     >>> list(needed("validation.judge.match"))
     ['validation.judge.match']
     """

@@ -30,8 +30,10 @@ def write_text(path: Path, content: str) -> Path:
 def write_json(path: Path, content: Any) -> Path:
     """Write plain data as JSON, which has neither NaN nor infinity.
 
-    Raises:
-        ValueError: there is one.
+    Raises
+    ------
+    ValueError
+        If there is one.
     """
     return write_text(path, json.dumps(content, indent=1, allow_nan=False) + "\n")
 
@@ -50,8 +52,10 @@ def finite(value: Any) -> Any:
 def read_json(path: Path) -> dict[str, Any]:
     """Read one JSON object.
 
-    Raises:
-        ValueError: the file is missing, unreadable, no JSON, or not an object.
+    Raises
+    ------
+    ValueError
+        If the file is missing, unreadable, no JSON, or not an object.
     """
     try:
         content = json.loads(path.read_text(encoding="utf-8"))

@@ -23,10 +23,9 @@ DIED = "its process died"
 
 
 def one(scene: Scene, name: str, threads: int = 1) -> Ended:
-    """Run one scene in this process. Never raises for what the scene does.
+    """Run one scene in this process, with so many threads for its kernels.
 
-    Args:
-        threads: of its kernels.
+    Never raises for what the scene does.
     """
     with ONE_AT_A_TIME:
         start, record, said = time.perf_counter(), None, ""

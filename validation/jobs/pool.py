@@ -44,18 +44,33 @@ def run(
     A scene that raises, whose process dies, or that runs for too long has crashed and stops no
     other.
 
-    Args:
-        jobs: scenes at a time, 0 for one per core; not on a cluster.
-        threads: of each scene's kernels; one on a cluster.
-        limit: seconds that a scene may run; not on a cluster.
-        again: whether scenes that have a result are run, too.
-        dask: the address of a Dask cluster to run on.
-        watch: is told each scene that has ended.
+    Parameters
+    ----------
+    scene
+        Runs a scene.
+    names
+        Those to run.
+    out
+        The folder OUT.
+    jobs
+        Scenes at a time, 0 for one per core; not on a cluster.
+    threads
+        Of each scene's kernels; one on a cluster.
+    limit
+        Seconds that a scene may run; not on a cluster.
+    again
+        Whether scenes that have a result are run, too.
+    dask
+        The address of a Dask cluster to run on.
+    watch
+        Is told each scene that has ended.
 
-    Raises:
-        ValueError: the address doesn't answer, a worker runs other code, or another run is
-            writing to OUT.
-        RuntimeError: the cluster went away; what had ended is kept.
+    Raises
+    ------
+    ValueError
+        If the address doesn't answer, a worker runs other code, or another run is writing to OUT.
+    RuntimeError
+        If the cluster went away; what had ended is kept.
     """
     left = list(names) if again else waiting(names, out, scene)
     if not left:

@@ -16,6 +16,8 @@ PACKAGES = ("lightloc", "mitsuba", "drjit", "numpy", "scipy")
 def made() -> dict[str, Any]:
     """The date, the commit where there is one, the versions, and how many CPUs there are.
 
+    Examples
+    --------
     >>> sorted(made())
     ['commit', 'cpus', 'date', 'machine', 'versions']
     """

@@ -45,6 +45,8 @@ class Ended:
 def row_of(name: str) -> str:
     """The row that a scene's name belongs to.
 
+    Examples
+    --------
     >>> row_of("noisy-3-017")
     'noisy-3'
     """

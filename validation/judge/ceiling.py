@@ -18,14 +18,24 @@ def within(
 ) -> float:
     """The probability that a Gaussian error has every light within the tolerances.
 
-    Args:
-        spread: (m, m) covariance in the order of `lightloc.Bound`, with one channel.
-        radius: that the position's error may have, metres.
-        intensity: (k,) that each intensity's may have, W/sr.
+    0 where the data leave something free. By Monte Carlo: with n draws the error is sqrt(p (1 - p)
+    / n).
 
-    0 where the data leave something free. By Monte Carlo: with n draws the error is
-    sqrt(p (1 - p) / n).
+    Parameters
+    ----------
+    spread : (m, m) array
+        Covariance in the order of `lightloc.Bound`, with one channel.
+    radius
+        What the position's error may be, metres.
+    intensity : (k,) array
+        What each intensity's may be, W/sr.
+    draws
+        Number of Gaussian errors.
+    seed
+        Their seed.
 
+    Examples
+    --------
     >>> one_percent = np.array([0.01])
     >>> within(1e-6 * np.eye(3), 0.01, one_percent), within(np.eye(3), 0.01, one_percent)
     (1.0, 0.0)

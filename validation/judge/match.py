@@ -18,8 +18,26 @@ RADIUS = 0.05
 class Pair:
     """A true light and the found light that was matched with it.
 
-    ``distance`` in metres, ``distance_percent`` of the diagonal, ``intensity_percent`` of the
-    true intensity, a value per channel.
+    Parameters
+    ----------
+    true, found : int
+        Index of each among its own.
+    distance : float
+        Between the two, metres.
+    distance_percent : float
+        The same, percent of the diagonal.
+    intensity_percent : tuple of float
+        Error of the intensity, a value per channel, percent of the true one; of the brightest
+        channel where that is 0.
+
+    Examples
+    --------
+    >>> from lightloc import PointLights
+    >>> from validation import compare
+    >>> true = PointLights([[0, 0, 2]], [10.0])
+    >>> pair = compare(PointLights([[0, 0, 2.25]], [11.0]), true, diagonal=10.0).pairs[0]
+    >>> pair.distance, pair.distance_percent, pair.intensity_percent
+    (0.25, 2.5, (10.0,))
     """
 
     true: int
@@ -31,7 +49,30 @@ class Pair:
 
 @dataclass(frozen=True)
 class Comparison:
-    """The judge's verdict on found lights; percentages are of the diagonal and the intensity."""
+    """The judge's verdict on found lights.
+
+    Parameters
+    ----------
+    count_true, count_found : int
+        How many lights there are, and how many were found.
+    pairs : tuple of Pair
+        True lights with the found ones that were matched with them.
+    missed : tuple of int
+        Indices of true lights that none was matched with.
+    ghosts : tuple of int
+        Indices of found lights that none was matched with.
+
+    Examples
+    --------
+    One of two lights is found, and one that is not there:
+
+    >>> from lightloc import PointLights
+    >>> from validation import compare
+    >>> true = PointLights([[0, 0, 2], [3, 0, 2]], [10.0, 20.0])
+    >>> result = compare(PointLights([[0, 0, 2], [0, 9, 2]], [10.0, 5.0]), true, diagonal=10.0)
+    >>> result.recall, result.precision, result.missed, result.ghosts
+    (0.5, 0.5, (1,), (1,))
+    """
 
     count_true: int
     count_found: int
@@ -41,6 +82,7 @@ class Comparison:
 
     @property
     def count_right(self) -> bool:
+        """Whether as many lights were found as there are."""
         return self.count_true == self.count_found
 
     @property
@@ -55,10 +97,12 @@ class Comparison:
 
     @property
     def worst_position_percent(self) -> float | None:
+        """The largest distance within a pair, percent of the diagonal; None without a pair."""
         return max((pair.distance_percent for pair in self.pairs), default=None)
 
     @property
     def worst_intensity_percent(self) -> float | None:
+        """The largest error of an intensity, percent of the true one; None without a pair."""
         return max((max(pair.intensity_percent) for pair in self.pairs), default=None)
 
     def __str__(self) -> str:
@@ -83,12 +127,29 @@ def compare(
     diagonal: float | None = None,
     radius: float | None = None,
 ) -> Comparison:
-    """Match found with true lights by least total distance and measure the errors.
+    """Match found with true lights by least total distance, and measure the errors.
 
-    Args:
-        diagonal: of the room, metres; of the true lights' own box (at least 1 m) where None.
-        radius: farthest that a pair may lie apart, metres; `RADIUS` of the diagonal where None.
+    Parameters
+    ----------
+    found : PointLights
+        What was found.
+    true : PointLights
+        What is there.
+    diagonal : float, optional
+        Diagonal of the room, metres; of the true lights' own box (at least 1 m) where None.
+    radius : float, optional
+        Farthest that a pair may lie apart, metres; 5 % of the diagonal where None.
 
+    Returns
+    -------
+    Comparison
+        As many pairs as can be made within the radius, with their distances in metres and percent
+        of the diagonal, and what is left over.
+
+    Examples
+    --------
+    >>> from lightloc import PointLights
+    >>> from validation import compare
     >>> true = PointLights([[0, 0, 2], [3, 0, 2]], [10.0, 20.0])
     >>> found = PointLights([[3, 0, 2.01], [0, 0, 2]], [21.0, 10.0])
     >>> result = compare(found, true, diagonal=10.0)

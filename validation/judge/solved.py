@@ -19,11 +19,19 @@ class Tolerance:
 def is_solved(
     found: PointLights, true: PointLights, tolerance: Tolerance, size: float = 1.0
 ) -> bool:
-    """The number is right, and every light is within the tolerance.
+    """Whether the number is right, and every light is within the tolerance.
 
-    Args:
-        size: of the room, metres: the side in 2D, the diagonal in three dimensions.
+    Parameters
+    ----------
+    found, true
+        The lights.
+    tolerance
+        How near counts.
+    size
+        Of the room, metres: the side in 2D, the diagonal in three dimensions.
 
+    Examples
+    --------
     >>> true = PointLights([[0, 0, 2], [3, 0, 2]], [10.0, 20.0])
     >>> near = PointLights([[3, 0, 2.01], [0, 0, 2]], [20.5, 10.0])
     >>> is_solved(near, true, Tolerance(0.02, 5.0)), is_solved(near, true, Tolerance(0.02, 1.0))

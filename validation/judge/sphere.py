@@ -12,11 +12,15 @@ DIRECT_PERCENT = 1.0  # RMS error of the direct light recovered, of its mean
 
 
 def closed_form(q: Observations, lights: PointLights) -> tuple[NDArray, NDArray]:
-    """B and its direct part at points of a diffuse sphere about the origin, each (n, 1).
+    """B and its direct part at points of a diffuse sphere about the origin, (n, 1), W sr^-1 m^-2.
 
     B = rho / pi (sum I_i cos / d_i^2 + rho / (1 - rho) sum I_i / R^2) for lights anywhere inside.
     Radius and albedo are those of the observations.
-    Raises ValueError where they are not of such a sphere.
+
+    Raises
+    ------
+    ValueError
+        If they are not of such a sphere.
     """
     radius = np.linalg.norm(q.positions, axis=1)
     R = radius.mean()

@@ -17,8 +17,10 @@ Model = TypeVar("Model")
 def read_suite(out: Path) -> tuple[Suite, dict[str, Any]]:
     """Read OUT/suite.json; return it checked and as it stands.
 
-    Raises:
-        ValueError: the file is missing or broken, or a case's name is no folder's name.
+    Raises
+    ------
+    ValueError
+        If the file is missing or broken, or a case's name is no folder's name.
     """
     path = out / "suite.json"
     suite, content = read_checked(Suite, path)
@@ -33,8 +35,10 @@ def read_suite(out: Path) -> tuple[Suite, dict[str, Any]]:
 def read_result(folder: Path) -> tuple[Result, dict[str, Any]]:
     """Read the result.json in a case's folder; return it checked and as it stands.
 
-    Raises:
-        ValueError: the file is missing or broken, or speaks of lights that it does not list.
+    Raises
+    ------
+    ValueError
+        If the file is missing or broken, or speaks of lights that it does not list.
     """
     path = folder / "result.json"
     result, content = read_checked(Result, path)
@@ -55,8 +59,10 @@ def read_result(folder: Path) -> tuple[Result, dict[str, Any]]:
 def read_checked(model: type[Model], path: Path) -> tuple[Model, dict[str, Any]]:
     """Read one JSON file of this schema; return it checked and as it stands.
 
-    Raises:
-        ValueError: the file is missing or broken; the sentence says where.
+    Raises
+    ------
+    ValueError
+        If the file is missing or broken; the sentence says where.
     """
     content = read_json(path)
     if content.get("schema") != SCHEMA:

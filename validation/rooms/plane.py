@@ -35,11 +35,16 @@ SQUARE = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
 class PlaneRoom:
     """A 2D room, and the truth about its lights.
 
-    Args:
-        name: as ``square-3-017``: the make, the number of lights, the room's own number.
-        outline: its surface, side 1.
-        lights: in the plane z = 0.
-        seed: of the room's noise.
+    Parameters
+    ----------
+    name
+        As ``square-3-017``: the make, the number of lights, the room's own number.
+    outline
+        Its surface, side 1.
+    lights
+        In the plane z = 0.
+    seed
+        Of the room's noise.
     """
 
     name: str
@@ -60,10 +65,12 @@ class PlaneRoom:
     def observe(self, n: int = SAMPLES, noise: float = 0.0, seed: int = 0) -> Observations:
         """B by Eq. 4 at n points evenly along the outline, each seen along its normal.
 
-        With ``noise`` = k, B is replaced by a Gaussian of mean B and standard deviation
-        k sqrt(B) (section 6.1), and by 0 where that is negative. ``sigma`` is then k sqrt(B) of
-        the B that is seen, of at least `DARK` of its mean; without noise it is 0.
+        With ``noise`` = k, B is replaced by a Gaussian of mean B and standard deviation k sqrt(B)
+        (section 6.1), and by 0 where that is negative. ``sigma`` is then k sqrt(B) of the B that is
+        seen, of at least `DARK` of its mean; without noise it is 0.
 
+        Examples
+        --------
         >>> rooms(2, count=1)[0].observe(8).radiance.shape
         (8, 1)
         """
@@ -86,6 +93,8 @@ class PlaneRoom:
 def shot_noise(B: NDArray[np.float64], k: float) -> NDArray[np.float64]:
     """The standard error k sqrt(B) of section 6.1's noise, of at least `DARK` of the mean B.
 
+    Examples
+    --------
     >>> shot_noise(np.array([0.0, 1.0, 4.0]), 0.1).round(4).tolist()
     [0.0129, 0.1, 0.2]
     """
@@ -95,6 +104,8 @@ def shot_noise(B: NDArray[np.float64], k: float) -> NDArray[np.float64]:
 def rooms(lights: int, count: int = PER_COUNT, seed: int = SEED) -> list[PlaneRoom]:
     """Square rooms with so many lights each, as in section 6.1.
 
+    Examples
+    --------
     >>> first, second = rooms(3, count=2)
     >>> first.name, len(second.lights), bool((first.outline.clearance(first.lights.positions)
     ...                                       >= CLEARANCE).all())
@@ -121,6 +132,8 @@ def rooms_with_discs(
 ) -> list[PlaneRoom]:
     """Square rooms with so many disc occluders each, of random places and `DISC_RADII`.
 
+    Examples
+    --------
     >>> room = rooms_with_discs(4, 2, count=1)[0]
     >>> room.name, len(room.outline.occluders)
     ('square+4-2-000', 4)
@@ -138,6 +151,8 @@ def rooms_with_discs(
 def named_outlines() -> dict[str, Outline]:
     """Rooms of other makes, each within the unit square.
 
+    Examples
+    --------
     >>> ", ".join(named_outlines())
     'square, L, circle, stadium, curved, discs, bar'
     """

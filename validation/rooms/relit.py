@@ -38,6 +38,8 @@ def lit(kind: str, number: int, count: int | None = None) -> render.Room:
 
     They keep `CLEARANCE` from all surfaces and each other, and none is inside anything.
 
+    Examples
+    --------
     >>> len(lit("diffuse", 1).lights), len(lit("diffuse", 1, count=3).lights)
     (2, 3)
     """

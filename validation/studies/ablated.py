@@ -20,10 +20,14 @@ LONG = ("lights-17", "lights-20")  # rows that take half of the hard set's time
 class Change:
     """One part of the search switched off, or one of its constants set to another value.
 
-    Args:
-        label: as a reader meets it.
-        where: module of lightloc and name in it.
-        value: what stands there instead.
+    Parameters
+    ----------
+    label
+        As a reader meets it.
+    where
+        Module of lightloc and name in it.
+    value
+        What stands there instead.
     """
 
     label: str
@@ -87,9 +91,14 @@ CHANGES = {
 class Ablated:
     """A room, with the search as it is and with a change.
 
-    Args:
-        solved, as_is: whether it is solved with the change, and without it.
-        seconds, seconds_as_is: of the search.
+    Parameters
+    ----------
+    name
+        The change's row and the room's number.
+    solved, as_is
+        Whether it is solved with the change, and without it.
+    seconds, seconds_as_is
+        Of the search.
     """
 
     name: str
@@ -108,6 +117,8 @@ def rooms() -> list[str]:
 def names(per_row: int) -> list[str]:
     """Scenes: a change, and the number of a room.
 
+    Examples
+    --------
     >>> names(2)[:2]
     ['climb-off-000', 'climb-off-001']
     """

@@ -30,27 +30,43 @@ PER_ROW = 100  # scenes (section 6.1)
 class Record:
     """One scene: a row of the data behind Table 1.
 
-    Args:
-        name: as ``noisy-3-017``: the row and the room's number.
-        lights: how many there are.
-        noise: k.
-        random: share of the random starts of Levenberg-Marquardt, the count known, that reach a
-            low error.
-        votes: whether the first round of voting led to a low error.
-        full: whether the whole algorithm did.
-        solved: whether its lights are the true ones.
-        oracle: whether Levenberg-Marquardt started at the truth ends at lights that count as
-            solved; no method can do much better under noise.
-        seconds: of the whole algorithm, on one thread.
-        count_found: its lights.
-        mse: of its answer against the B that it was given.
-        mse_truth: of the true lights.
-        reason: why it stopped.
-        ours_full, ours_solved, ours_seconds, ours_found, ours_reason: the same of our search,
-            which is not told what a low error is; without noise, solved is within `EXACTLY`.
-        ours_position: its light that is furthest off, in parts of the side; None where the
-            count is wrong or one lies outside `NEAR`.
-        ours_certificate: its certificate.
+    Parameters
+    ----------
+    name
+        As ``noisy-3-017``: the row and the room's number.
+    lights
+        How many there are.
+    noise
+        k.
+    random
+        Share of the random starts of Levenberg-Marquardt, the count known, that reach a low error.
+    votes
+        Whether the first round of voting led to a low error.
+    full
+        Whether the whole algorithm did.
+    solved
+        Whether its lights are the true ones.
+    oracle
+        Whether Levenberg-Marquardt started at the truth ends at lights that count as solved; no
+        method can do much better under noise.
+    seconds
+        Of the whole algorithm, on one thread.
+    count_found
+        Its lights.
+    mse
+        Of its answer against the B that it was given.
+    mse_truth
+        Of the true lights.
+    reason
+        Why it stopped.
+    ours_full, ours_solved, ours_seconds, ours_found, ours_reason
+        The same of our search, which is not told what a low error is; without noise, solved is
+        within `EXACTLY`.
+    ours_position
+        Its light that is furthest off, in parts of the side; None where the count is wrong or one
+        lies outside `NEAR`.
+    ours_certificate
+        Its certificate.
     """
 
     name: str
@@ -78,6 +94,8 @@ class Record:
 def names(per_row: int = PER_ROW) -> list[str]:
     """All scenes, row by row.
 
+    Examples
+    --------
     >>> names(1)[:2], len(names())
     (['noiseless-2-000', 'noiseless-3-000'], 800)
     """

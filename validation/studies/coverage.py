@@ -68,6 +68,8 @@ def left_out(ended: Sequence[Ended]) -> Figure:
 def pearson(z: NDArray[np.float64]) -> tuple[float, float]:
     """Chi-square of a histogram of z against the Gaussian, and the chance of a larger one.
 
+    Examples
+    --------
     >>> chi_square, chance = pearson(norm.ppf((np.arange(1000) + 0.5) / 1000))
     >>> chi_square < 1e-9, chance
     (True, 1.0)

@@ -41,6 +41,8 @@ FROZEN = 0.66  # share of all rooms that the search solved when the set was froz
 def names(per_row: int) -> list[str]:
     """All rooms, row by row.
 
+    Examples
+    --------
     >>> names(1)[:3], len(names(4))
     (['lights-15-000', 'lights-15-001', 'lights-17-000'], 60)
     """

@@ -73,6 +73,8 @@ def records(scenes: Iterable[Ended]) -> list[Fields]:
 def rate(hits: int, of: int) -> Figure:
     """A share with its binomial error.
 
+    Examples
+    --------
     >>> rate(9, 10).text, round(rate(9, 10).error, 3), rate(0, 0).text
     ('0.90', 0.095, '–')
     """
@@ -150,6 +152,8 @@ def duration(
 def seconds(value: float) -> str:
     """Seconds for a narrow cell.
 
+    Examples
+    --------
     >>> [seconds(value) for value in (0.0214, 0.318, 2.5, 83.4, 442.0)]
     ['0.021', '0.32', '2.5', '83', '442']
     """
@@ -175,6 +179,8 @@ def tally(field: str) -> Measured:
 def worst(values: Sequence[float]) -> float:
     """A row's worst but for one scene in twenty: the 95th percentile.
 
+    Examples
+    --------
     >>> round(worst(range(101)), 9)
     95.0
     """

@@ -58,6 +58,8 @@ class Counts:
 def sign_test(lost: int, won: int) -> float:
     """The exact two-sided p of McNemar's test: of all discordant pairs, half go either way.
 
+    Examples
+    --------
     >>> sign_test(6, 0), sign_test(3, 3), sign_test(0, 0)
     (0.03125, 1.0, 1.0)
     """

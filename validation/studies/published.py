@@ -22,6 +22,8 @@ ROWS = {
 def figure(row: str, column: str | None) -> float | None:
     """The paper's figure; None where it has no such row or column.
 
+    Examples
+    --------
     >>> figure("noisy-5", "Solved")
     0.38
     """

@@ -101,6 +101,8 @@ def clusters(grid: Grid, I: NDArray[np.float64]) -> PointLights:
 
     Cells that touch, if by a corner, are one light.
 
+    Examples
+    --------
     >>> grid = Grid([0, 0, 0], [4, 1, 1], (4, 1, 1))
     >>> clusters(grid, np.array([[0.0], [1.0], [3.0], [0.0]])).positions.tolist()
     [[2.25, 0.5, 0.5]]

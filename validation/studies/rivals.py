@@ -36,14 +36,22 @@ SEED = 2018
 class Outcome:
     """What one rival made of one scene.
 
-    Args:
-        name: as ``lights-3-adam-004``: how many lights, the rival, the scene's number.
-        room: the scene file's name.
-        lights, found, missed, ghosts: counts, by the judge's own radius.
-        position: the worst distance of a matched light, percent of the diagonal.
-        intensity: the worst error of a matched light's intensity, percent.
-        solved: the count is right, all lights within 1 % of the diagonal and 5 % of intensity.
-        seconds: of the rival, with the compilation of its kernels.
+    Parameters
+    ----------
+    name
+        As ``lights-3-adam-004``: how many lights, the rival, the scene's number.
+    room
+        The scene file's name.
+    lights, found, missed, ghosts
+        Counts, by the judge's own radius.
+    position
+        The worst distance of a matched light, percent of the diagonal.
+    intensity
+        The worst error of a matched light's intensity, percent.
+    solved
+        Whether the count is right, all lights within 1 % of the diagonal and 5 % of intensity.
+    seconds
+        Of the rival, with the compilation of its kernels.
     """
 
     name: str
@@ -61,6 +69,8 @@ class Outcome:
 def names(per_row: int) -> list[str]:
     """All scenes for all rivals, the rivals beside one another.
 
+    Examples
+    --------
     >>> names(1)[:2]
     ['lights-1-ours-000', 'lights-1-random-000']
     """
@@ -166,6 +176,8 @@ def curve(rows: Sequence[Row], ended: Sequence[Ended]) -> Curve:
 def label(row: str) -> str:
     """A row as a reader meets it.
 
+    Examples
+    --------
     >>> label("lights-1-grid"), label("lights-3-adam")
     ('1 light, NNLS on a grid', '3 lights, Mitsuba and Adam (count known)')
     """

@@ -25,6 +25,8 @@ AMONG = Tolerance(0.02, 10.0)  # what counts as solved among occluders
 def numbered(rows: list[str], per_row: int) -> list[str]:
     """The names of all scenes, row by row.
 
+    Examples
+    --------
     >>> numbered(["lights-8", "lights-10"], 1)
     ['lights-8-000', 'lights-10-000']
     """
@@ -34,6 +36,8 @@ def numbered(rows: list[str], per_row: int) -> list[str]:
 def parts(name: str) -> tuple[list[str], int]:
     """The words of a scene's row, and the scene's number.
 
+    Examples
+    --------
     >>> parts("discs-2-lights-3-017")
     (['discs', '2', 'lights', '3'], 17)
     """

@@ -36,19 +36,32 @@ class Measure:
 class Study:
     """Everything about a study.
 
-    Args:
-        name: as on the command line.
-        title: of its page.
-        question: what is asked, a sentence or two, with the goal.
-        per_row: scenes of a row where nothing else is asked for.
-        names: all scenes for so many a row.
-        one: runs one scene, in a process of its own.
-        measures: the columns.
-        label: a row's name as a reader meets it.
-        said: what came out, a sentence, from the rows.
-        doubt: why a scene needs a look; None where it needs none.
-        together: whether a last row is over all scenes.
-        curve: the drawing, None where there is nothing to draw.
+    Parameters
+    ----------
+    name
+        As on the command line.
+    title
+        Of its page.
+    question
+        What is asked, a sentence or two, with the goal.
+    per_row
+        Scenes of a row where nothing else is asked for.
+    names
+        All scenes for so many a row.
+    one
+        Runs one scene, in a process of its own.
+    measures
+        The columns.
+    label
+        A row's name as a reader meets it.
+    said
+        What came out, a sentence, from the rows.
+    doubt
+        Why a scene needs a look; None where it needs none.
+    together
+        Whether a last row is over all scenes.
+    curve
+        The drawing, None where there is nothing to draw.
     """
 
     name: str

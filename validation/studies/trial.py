@@ -24,26 +24,46 @@ SOLVED = Tolerance(0.01, 5.0)  # as in Table 1
 class Trial:
     """One scene: a line of a study's data.
 
-    Args:
-        name: the row and the scene's number, as ``lights-8-017``.
-        lights: how many there are.
-        found: how many the answer has.
-        missed: true lights that no found one lies near, by the judge's own radius.
-        ghosts: found lights that lie near no true one.
-        unflagged: of these, how many no verdict names.
-        position: the worst distance of a matched light, percent of the side.
-        intensity: the worst error of a matched light's intensity, percent.
-        solved: whether the count is right and every light within the study's tolerance.
-        tight: whether it is solved and within 0.1 % of the side.
-        reason: why the search stopped.
-        verdicts: the kinds of what the data can't decide.
-        certificate: the largest correlation of the residual with a further light, standard errors.
-        chi2: a residual, robust.
-        seconds: of the search, on one thread.
-        ceiling: probability of being solved at the Cramér-Rao bound.
-        errors: distance of each true light from its own, metres; none where the count is wrong.
-        bounds: the bound on their root mean square, metres, in the same order.
-        z: error over stated error of each light, a list of (coordinates, then intensity).
+    Parameters
+    ----------
+    name
+        The row and the scene's number, as ``lights-8-017``.
+    lights
+        How many there are.
+    found
+        How many the answer has.
+    missed
+        True lights that no found one lies near, by the judge's own radius.
+    ghosts
+        Found lights that lie near no true one.
+    unflagged
+        Of these, how many no verdict names.
+    position
+        The worst distance of a matched light, percent of the side.
+    intensity
+        The worst error of a matched light's intensity, percent.
+    solved
+        Whether the count is right and every light within the study's tolerance.
+    tight
+        Whether it is solved and within 0.1 % of the side.
+    reason
+        Why the search stopped.
+    verdicts
+        The kinds of what the data can't decide.
+    certificate
+        The largest correlation of the residual with a further light, standard errors.
+    chi2
+        Chi-square a residual, robust.
+    seconds
+        Of the search, on one thread.
+    ceiling
+        Probability of being solved at the Cramér-Rao bound.
+    errors
+        Distance of each true light from its own, metres; none where the count is wrong.
+    bounds
+        The bound on their root mean square, metres, in the same order.
+    z
+        Error over stated error of each light, a list of (coordinates, then intensity).
     """
 
     name: str
@@ -80,13 +100,26 @@ def trial(
 ) -> Trial:
     """Localize what is seen of a room and judge the answer.
 
-    Args:
-        truth: its lights, one channel.
-        known: the same observations without noise, but with the noise's standard error, from
-            which the Cramér-Rao bound is taken; there is none where None.
-        diagonal: of a room in three dimensions, metres, which then stands for the side in all
-            that is a part of it, as in the suite; a 2D room of side 1 where None.
-        region: (2, 3) corners of what may hold lights; the `bounds` of `localize`.
+    Parameters
+    ----------
+    name
+        The row and the scene's number.
+    q
+        What is seen.
+    truth
+        Its lights, one channel.
+    geometry
+        What occludes; nothing does where None.
+    known
+        The same observations without noise, but with the noise's standard error, from which the
+        Cramér-Rao bound is taken; there is none where None.
+    tolerance
+        How near counts as solved.
+    diagonal
+        Of a room in three dimensions, metres, which then stands for the side in all that is a part
+        of it, as in the suite; a 2D room of side 1 where None.
+    region : (2, 3) array_like
+        Corners of what may hold lights, metres; the `bounds` of `localize`.
     """
     side = SIDE if diagonal is None else diagonal
     clock = time.perf_counter()

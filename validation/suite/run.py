@@ -32,11 +32,16 @@ class Done:
 class Cases:
     """Runs the cases of a suite by name.
 
-    Args:
-        rows: the cases.
-        out: where each leaves its files, in cases/NAME.
-        suite: as the command line names it.
-        one: runs one case and leaves its files in a folder; returns what result.json holds.
+    Parameters
+    ----------
+    rows
+        The cases.
+    out
+        Where each leaves its files, in cases/NAME.
+    suite
+        As the command line names it.
+    one
+        Runs one case and leaves its files in a folder; returns what result.json holds.
     """
 
     rows: Sequence[Case]
