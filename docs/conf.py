@@ -31,7 +31,8 @@ autodoc_member_order = "bysource"  # of a package: the order of its __all__
 autodoc_typehints_format = "short"
 autodoc_type_aliases = {"ArrayLike": "ArrayLike", "NDArray": "NDArray"}
 python_maximum_signature_line_length = 90
-napoleon_numpy_docstring = False
+napoleon_google_docstring = False
+napoleon_use_rtype = False  # a type beside its sentence, where there is but one
 viewcode_line_numbers = True
 
 html_theme = "furo"
