@@ -8,7 +8,7 @@ from typing import Literal
 
 from numpy.typing import ArrayLike
 
-from lightloc.answer import Localization, Step, Way
+from lightloc.answer import Localization, Step, Way, among
 from lightloc.backend import one_blas_thread
 from lightloc.checks import array
 from lightloc.fit import Criterion, Fit, Problem, is_exact, presumed, working_sigma
@@ -101,7 +101,7 @@ def localize(
         direct, way = remove_indirect(seen, geometry, seed), Way.GATHERED
     if isinstance(o, Paper):
         found = published(direct, geometry, region, o, surface, watch)
-        return replace(found.among(used), way=way)
+        return replace(among(found, used), way=way)
     with one_blas_thread():
         ground = Ground.of(direct, geometry, region, o, seed)
         if way is Way.DIRECT:
@@ -111,7 +111,7 @@ def localize(
         else:
             columns, way = rendering(indirect, geometry, seen, used, seed), Way.RENDERED
             found = without_indirect(seen, direct, ground, o, columns, watch)
-    return replace(found.among(used), way=way)
+    return replace(among(found, used), way=way)
 
 
 def without_indirect(

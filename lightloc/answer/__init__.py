@@ -17,6 +17,7 @@ For other rooms, in pipeline order:
 - `spread_out`: lights that have a width.
 - `unexplained`: what is left is more than noise.
 - `Localization`: the whole answer.
+- `among`: an answer over all observations, some of which were left out.
 - `MARGIN`: standard errors added to B when computing the bound D.
 - `localization`: builds a `Localization` from a fit.
 - `judged`: an answer with the verdicts that follow from its errors.
@@ -24,7 +25,7 @@ For other rooms, in pipeline order:
 
 from lightloc.answer.basis import Assumption, Count, Noise, NoiseLaw, Way
 from lightloc.answer.judge import MARGIN, judged, localization
-from lightloc.answer.result import Localization, Reason, Step
+from lightloc.answer.result import Localization, Reason, Step, among
 from lightloc.answer.verdicts import (
     Kind,
     Verdict,
@@ -51,6 +52,7 @@ __all__ = [
     "spread_out",
     "unexplained",
     "Localization",
+    "among",
     "MARGIN",
     "localization",
     "judged",

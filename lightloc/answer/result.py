@@ -140,24 +140,6 @@ class Localization:
         """How many residuals lie beyond the robust loss's scale."""
         return int(self.noise.outliers.sum())
 
-    def among(self, used: NDArray[np.bool_]) -> Localization:
-        """The same over (n,) observations of which only those ``used`` were looked at."""
-        if used.all():
-            return self
-
-        def spread(value: NDArray[Any], rest: float) -> NDArray[Any]:
-            rows = np.full((len(used), value.shape[1]), rest, value.dtype)
-            rows[used] = value
-            return rows
-
-        return replace(
-            self,
-            residual=spread(self.residual, np.nan),
-            direct=spread(self.direct, np.nan),
-            sigma=spread(self.sigma, np.nan),
-            noise=replace(self.noise, outliers=spread(self.noise.outliers, False)),
-        )
-
     def to_dict(self) -> dict[str, Any]:
         """The answer without what it says of each observation, as JSON has it.
 
@@ -232,3 +214,25 @@ class Localization:
             rows.append(f"  ({where}) {self.unit}   {bright} W/sr")
         rows += [f"  {verdict.sentence}" for verdict in self.verdicts]
         return "\n".join(rows)
+
+
+def among(found: Localization, used: NDArray[np.bool_]) -> Localization:
+    """The answer over (n,) observations of which only those ``used`` were looked at.
+
+    Its arrays over the observations have NaN where one was not.
+    """
+    if used.all():
+        return found
+
+    def spread(value: NDArray[Any], rest: float) -> NDArray[Any]:
+        rows = np.full((len(used), value.shape[1]), rest, value.dtype)
+        rows[used] = value
+        return rows
+
+    return replace(
+        found,
+        residual=spread(found.residual, np.nan),
+        direct=spread(found.direct, np.nan),
+        sigma=spread(found.sigma, np.nan),
+        noise=replace(found.noise, outliers=spread(found.noise.outliers, False)),
+    )

@@ -27,7 +27,8 @@ def write(out: Path) -> Path:
     report.json, report.csv and junit.xml. Every file is replaced whole, so a report can be
     redrawn while it is being read.
 
-    Raises:
+    Raises
+    ------
         ValueError: suite.json, or the result.json of a case that it names, is missing or broken.
     """
     out = Path(out)
@@ -54,7 +55,8 @@ def write(out: Path) -> Path:
 def write_study(out: Path) -> Path:
     """Draw OUT/study.json as OUT/index.html, with its assets in the folder above.
 
-    Raises:
+    Raises
+    ------
         ValueError: the file is missing or broken.
     """
     study = write_study_page(out / "study.json", out / "index.html", environment(), root="../")

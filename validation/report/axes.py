@@ -37,7 +37,8 @@ class Axes:
     def around(cls, extent: Sequence[float] | NDArray[np.floating]) -> "Axes":
         """Return axes for (xmin, xmax, ymin, ymax) in metres.
 
-        Raises:
+        Raises
+        ------
             ValueError: the extent is empty.
         """
         xmin, xmax, ymin, ymax = (float(value) for value in extent)

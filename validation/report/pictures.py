@@ -43,7 +43,8 @@ def draw_view(folder: Path, arrays: Mapping[str, NDArray[np.floating]]) -> View:
 
     Both views share one exposure, taken from the rendered one.
 
-    Raises:
+    Raises
+    ------
         ValueError: an array is no picture, or the two views differ in size.
     """
     rendered = _picture("rendered", arrays["rendered"])

@@ -29,7 +29,8 @@ def room_data(result: Result, arrays: Mapping[str, Array]) -> dict[str, Any]:
     Points look inwards where they have a normal (`normals` (m, 3) of the file, else the bounding
     box's for points on it), so that the script can leave out those that turn their back.
 
-    Raises:
+    Raises
+    ------
         ValueError: an array has the wrong shape, or a face names no vertex.
     """
     vertices, faces = _mesh(arrays)

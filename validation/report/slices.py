@@ -57,7 +57,8 @@ def draw_slices(
 ) -> Slices:
     """Draw fields.npz's arrays into PNG files in a folder; row 0 of a field is at ymin.
 
-    Raises:
+    Raises
+    ------
         ValueError: the extent is not finite, or a field has the wrong shape.
     """
     extent = np.asarray(arrays["extent"], dtype=float).ravel()

@@ -56,7 +56,8 @@ def write_study_page(
 ) -> StudyPage:
     """Draw the study in a file as a page; ``back`` is the suite's name where the page has one.
 
-    Raises:
+    Raises
+    ------
         ValueError: the file is missing or broken.
     """
     study, _ = read_checked(Document, source)
