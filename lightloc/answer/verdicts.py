@@ -75,10 +75,10 @@ def unexplained(fit: Fit, problem: Problem) -> Verdict:
     return Verdict(Kind.UNEXPLAINED, (), said)
 
 
-def uncertain(problem: Problem, lights: PointLights, bound: Bound, o: Options) -> list[Verdict]:
+def uncertain(problem: Problem, lights: PointLights, errors: Bound, o: Options) -> list[Verdict]:
     """Lights whose 95 % interval is wider than `Options` calls known."""
     verdicts = []
-    for i, (e, dI) in enumerate(zip(bound.position, bound.intensity, strict=True)):
+    for i, (e, dI) in enumerate(zip(errors.position, errors.intensity, strict=True)):
         off = Z95 * float(np.linalg.norm(e))
         share = Z95 * float((dI / np.maximum(lights.intensities[i], 1e-300)).max())
         if off > o.sure_position * problem.size or share > o.sure_intensity:

@@ -137,17 +137,17 @@ class Ranking:
         """Which of the (point, radiance) pairs that ask do see observation j."""
         f = types()
 
-        def look(start: Any, p: Any, asks: Any) -> Any:
-            return asks if geometry is None else geometry.visible(start, p, asks)
+        def look(origin: Any, p: Any, asks: Any) -> Any:
+            return asks if geometry is None else geometry.visible(origin, p, asks)
 
         def seen(j: Any, asking: list[Any]) -> list[Any]:
             i = dr.gather(f.UInt32, self.index, j)
-            start, x, facet = (pick(v, i) for v in (self.s.start, self.s.x, self.s.facet))
+            origin, x, facet = (pick(v, i) for v in (self.s.origin, self.s.x, self.s.facet))
             result = []
             for r, point in enumerate(lanes.points):
                 p, mine = f.Array3f(*point), asking[r * self.k : (r + 1) * self.k]
                 asks = functools.reduce(operator.or_, mine) & (dr.dot(facet, p - x) > 0)
-                free = dr.if_stmt((start, p, asks), asks, look, lambda start, p, asks: asks)
+                free = dr.if_stmt((origin, p, asks), asks, look, lambda origin, p, asks: asks)
                 result += [b & free for b in mine]
             return result
 

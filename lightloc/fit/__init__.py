@@ -27,12 +27,12 @@ For other rooms, in pipeline order:
 - `FIRST_DAMPING`: a first damping for starts from anywhere.
 - `NEARBY`: for starts that are nearly there.
 - `AT_HAND`: for a polish.
-- `SETTLED`: the fall of chi-square that ends a polish.
+- `POLISH_FALL`: the fall of chi-square that ends a polish.
 - `jacobian`: derivatives of the model over sigma.
 - `covariance_of`: the covariance that follows from them.
 - `Bound`: the least standard errors of any unbiased estimate.
 - `cramer_rao`: that bound for given lights.
-- `bound_at`: that bound for a `Problem`.
+- `errors_at`: that bound for a `Problem`.
 - `inseparable`: pairs of lights that can't be told apart.
 - `resolution`: how near two lights may be and still look like one.
 - `Likelihood`: how probable residuals are.
@@ -43,9 +43,9 @@ from lightloc.fit.batched import Indirect, Tie, Unknown
 from lightloc.fit.criterion import Criterion, Likelihood
 from lightloc.fit.information import (
     Bound,
-    bound_at,
     covariance_of,
     cramer_rao,
+    errors_at,
     inseparable,
     jacobian,
     resolution,
@@ -54,7 +54,7 @@ from lightloc.fit.levenberg import (
     AT_HAND,
     FIRST_DAMPING,
     NEARBY,
-    SETTLED,
+    POLISH_FALL,
     Descents,
     descend,
     normal_equations,
@@ -99,12 +99,12 @@ __all__ = [
     "FIRST_DAMPING",
     "NEARBY",
     "AT_HAND",
-    "SETTLED",
+    "POLISH_FALL",
     "jacobian",
     "covariance_of",
     "Bound",
     "cramer_rao",
-    "bound_at",
+    "errors_at",
     "inseparable",
     "resolution",
     "Likelihood",

@@ -27,7 +27,7 @@ SHARED = 0.08
 out: once indirect light was removed, and where the model proves wrong."""
 
 ESTIMATED = 1.3
-"""Chi-square a residual that noise is allowed where the errors are estimates themselves."""
+"""Chi-square per residual that noise is allowed where the errors are estimates themselves."""
 
 LUCK = 2.0
 """Standard deviations of chi-square above its mean at which a fit is looked at again."""

@@ -129,10 +129,10 @@ def cramer_rao(q: Observations, lights: PointLights, geometry: Geometry | None =
     everywhere = q.bounds + np.array([[-1.0], [1.0]])
     if np.ptp(q.positions[:, 2]) == 0 and not q.normals[:, 2].any():  # a 2D scene
         everywhere[:, 2] = q.positions[0, 2]
-    return bound_at(Problem.of(q, q.known_sigma, geometry, everywhere, double=True), lights)
+    return errors_at(Problem.of(q, q.known_sigma, geometry, everywhere, double=True), lights)
 
 
-def bound_at(
+def errors_at(
     problem: Problem, lights: PointLights, around: NDArray[np.float64] | None = None
 ) -> Bound:
     """`cramer_rao` of a problem; ``around`` (n, k, c) as in `jacobian`."""

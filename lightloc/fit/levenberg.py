@@ -32,7 +32,7 @@ EASED = 1 / 3  # damping after a step that fulfils its promise (Nielsen's rule)
 SMALLEST_FALL = 1e-12  # relative fall of chi-square below which a start has converged
 EXACT = (1e-14, 1e-26)  # chi-square in units of the sum of B^2 / sigma^2: the reals' own error
 FLAT = 1e-12  # least diagonal of the normal equations, of the largest: a light that nothing sees
-SETTLED = (1e-5, 1e-6)  # relative fall of chi-square at which a polish ends; the same in 64 bits
+POLISH_FALL = (1e-5, 1e-6)  # the relative fall that ends a polish, in 32 and in 64 bits
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,10 +57,10 @@ class Descents:
     strayed: NDArray[np.bool_]
 
     @staticmethod
-    def of(positions: NDArray[np.float64], intensities: NDArray[np.float64]) -> Descents:
-        """Starts that have not moved yet."""
-        m = len(positions)
-        return Descents(positions, intensities, np.full(m, np.inf), np.zeros(m, bool))
+    def of(positions: ArrayLike, intensities: ArrayLike) -> Descents:
+        """Starts (m, k, 3) and (m, k, c) that have not moved yet."""
+        p, I = np.asarray(positions, float), np.asarray(intensities, float)
+        return Descents(p, I, np.full(len(p), np.inf), np.zeros(len(p), bool))
 
     @staticmethod
     def at(lights: PointLights) -> Descents:
@@ -89,8 +89,7 @@ class Descents:
 
 def descend(
     problem: Problem,
-    positions: NDArray[np.float64],
-    intensities: NDArray[np.float64],
+    starts: Descents,
     *,
     stray: float = np.inf,
     steps: int = 100,
@@ -110,15 +109,13 @@ def descend(
     ----------
     problem
         B, its errors, and the bounds.
-    positions : (m, k, 3) array
-        Starts, metres; in 2D only x and y move.
-    intensities : (m, k, c) array
-        Starts, W/sr.
+    starts
+        m sets of k lights; in 2D only x and y move.
     stray
         A start is given up once one of its lights is further from where it began, metres
         ("terminating early if the light positions stray too far", section 5.2).
     steps
-        The most evaluations a start.
+        The most evaluations per start.
     loss : float or (m,) array_like
         Standard errors beyond which a residual counts less and less (Cauchy's loss); infinite for
         plain least squares.
@@ -150,18 +147,18 @@ def descend(
     >>> B = radiance(q, PointLights([[0.2, 0.1, 0.7]], [3.0]))
     >>> box = np.array([[-1, -1, 0.1], [1, 1, 1.0]])
     >>> here = descend(Problem.of(q.with_radiance(B, 0.01), np.full((99, 1), 0.01), None, box),
-    ...                np.array([[[0.0, 0.0, 0.5]]]), np.array([[[1.0]]]))
+    ...                Descents.of([[[0.0, 0.0, 0.5]]], [[[1.0]]]))
     >>> here.positions.round(2).tolist(), here.intensities.round(2).tolist()
     ([[[0.2, 0.1, 0.7]]], [[[3.0]]])
     """
-    positions, intensities = np.asarray(positions, float), np.asarray(intensities, float)
-    if not len(positions):
-        return Descents.of(positions, intensities)
-    scale = np.broadcast_to(np.asarray(loss, float), (len(positions),))
+    m = len(starts)
+    if not m:
+        return starts
+    scale = np.broadcast_to(np.asarray(loss, float), (m,))
     blur = blur if problem.geometry is not None else 0.0
-    model = Model(problem, positions.shape[1], blur, unknown, tie, indirect)
-    here = model.begun(positions, intensities, scale)
-    start, m = here.positions.copy(), len(positions)
+    model = Model(problem, starts.positions.shape[1], blur, unknown, tie, indirect)
+    here = model.begun(starts.positions, starts.intensities, scale)
+    begun = here.positions.copy()
     strayed, damp, growth = np.zeros(m, bool), np.full(m, damping), np.full(m, 2.0)
     exact = EXACT[problem.surfels.double] * float(np.square(problem.radiance / problem.sigma).sum())
     active = np.flatnonzero(here.chi2 > exact)
@@ -181,7 +178,7 @@ def descend(
         damp[active] *= np.where(better, ease, growth[active])
         growth[active] = np.where(better, 2.0, 2 * growth[active])
         if np.isfinite(stray):
-            moved = np.linalg.norm(here.positions[active] - start[active], axis=2)
+            moved = np.linalg.norm(here.positions[active] - begun[active], axis=2)
             strayed[active] = moved.max(axis=1, initial=0.0) > stray
         done = strayed[active] | (damp[active] > MOST_DAMPING)
         done |= better & ((gain < fall * now.chi2) | (there.chi2 < exact))

@@ -16,7 +16,7 @@ from scipy.linalg import cholesky, eigh, solve_triangular
 
 from lightloc.fit import (
     AT_HAND,
-    SETTLED,
+    POLISH_FALL,
     Bound,
     Descents,
     Indirect,
@@ -175,16 +175,15 @@ def together(
     for _ in range(REFITS):
         split = replace(split, straight=straight(problem, lights))
         _, noise = normal(split, lights, problem)
-        one, sigma = Descents.at(lights), split.sigma(lights.intensities)
+        sigma = split.sigma(lights.intensities)
         there = descend(
             replace(problem, radiance=split.q.radiance, sigma=sigma),
-            one.positions,
-            one.intensities,
+            Descents.at(lights),
             steps=STEPS,
             loss=split.scale(split.residual(lights.intensities)),
             unknown=Unknown.POSITIVE,
             damping=AT_HAND,
-            fall=SETTLED[0],
+            fall=POLISH_FALL[0],
             indirect=Indirect(split.around, noise),
         )
         lights = there.lights

@@ -161,7 +161,7 @@ def _gather(
     v = (f.Float(cell // STRATA) + random.next_float32()) / STRATA
     normal = pick(s.normal, i)
     d = cosine_direction(normal, u, v)
-    hit, y = geometry.intersect(pick(s.start, i), d)
+    hit, y = geometry.intersect(pick(s.origin, i), d)
     at = cache.cell(y)
     dr.eval(hit, y, d, at)
     cells, row = np.unique(np.array(at), return_inverse=True)

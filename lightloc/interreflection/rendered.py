@@ -46,7 +46,7 @@ Certificate = Callable[[Problem, Fit], float]
 MOST_ROUNDS = 8
 """Metal rooms with eight lights settle in three to five (measured)."""
 
-SETTLED = 0.3
+AT_REST = 0.3
 """Standard errors that no light may have moved in the last round."""
 
 NEAR = 3.0
@@ -115,7 +115,7 @@ def rounds(
     found, lights = search(first, None), PointLights(np.zeros((0, 3)), np.zeros((0, q.channels)))
     history, moved = list(found.history), np.inf
     for turn in range(MOST_ROUNDS):
-        if moved < SETTLED or not len(found.lights):
+        if moved < AT_REST or not len(found.lights):
             break
         order = order_like(found.lights, lights)
         lights = PointLights(found.lights.positions[order], found.lights.intensities[order])
@@ -133,7 +133,7 @@ def rounds(
         steps[0] = replace(steps[0], lights=len(found.lights), chi2=found.chi2)
         history += steps
         watch(steps[0])
-    if len(found.lights) and not moved < SETTLED:
+    if len(found.lights) and not moved < AT_REST:
         found = unsettled(found)
     return replace(found, history=tuple(history))
 

@@ -23,7 +23,7 @@ class Surfels:
     normal: Any
     w: Any
     facet: Any  # geometric normals
-    start: Any  # x moved off its surface, where shadow rays begin
+    origin: Any  # x moved off its surface, where shadow rays begin
     scatter: Scatter
     flat: bool  # facets are the normals: below one, nothing scatters anyway
     slope: Slope | None = None  # the derivative of S in closed form, where the material has one
@@ -47,16 +47,16 @@ class Surfels:
             assert slope is not None
             return slope(dr.gather(f.UInt32, rows, i), normal, v, w)
 
-        columns = (self.x, self.normal, self.w, self.facet, self.start)
-        x, normal, w, facet, start = (pick(v, rows) for v in columns)
-        dr.eval(x, normal, w, facet, start)
+        columns = (self.x, self.normal, self.w, self.facet, self.origin)
+        x, normal, w, facet, origin = (pick(v, rows) for v in columns)
+        dr.eval(x, normal, w, facet, origin)
         return Surfels(
             n=len(some),
             x=x,
             normal=normal,
             w=w,
             facet=facet,
-            start=start,
+            origin=origin,
             scatter=scatter_some,
             flat=self.flat,
             slope=slope_some if slope else None,
@@ -77,7 +77,7 @@ def surfels(q: Observations, double: bool = False) -> Surfels:
             normal=columns(q.normals),
             w=columns(q.directions),
             facet=columns(q.facets),
-            start=columns(q.positions + offset * q.facets),
+            origin=columns(q.positions + offset * q.facets),
             scatter=q.material.bind(len(q)),
             flat=bool((q.facets == q.normals).all()),
             slope=q.material.bind_slope(len(q)) if isinstance(q.material, Sloped) else None,
@@ -138,12 +138,12 @@ def visible(s: Surfels, i: Any, p: Any, geometry: Geometry | None, active: Any =
     active = (dr.dot(pick(s.facet, i), p - pick(s.x, i)) > 0) & active
     if geometry is None:
         return active
-    start = pick(s.start, i)
+    origin = pick(s.origin, i)
     if s.double:
         with doubles(False):
             single = types().Array3f
-        start, p = single(start), single(p)
-    return geometry.visible(start, p, active)
+        origin, p = single(origin), single(p)
+    return geometry.visible(origin, p, active)
 
 
 def shade(s: Surfels, i: Any, p: Any, geometry: Geometry | None) -> Any:

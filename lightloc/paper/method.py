@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lightloc.answer import Localization, Reason, Step, localization
-from lightloc.fit import Problem, bound_at, fit_of, working_sigma
+from lightloc.fit import Problem, errors_at, fit_of, working_sigma
 from lightloc.given import Geometry, Observations, Options, PointLights
 from lightloc.paper.optimization import (
     LOW_ERROR,
@@ -55,9 +55,9 @@ def published(
     """
     if q.channels != 1:
         raise ValueError("method 'paper' takes one channel; give it one of the three at a time")
-    radius = q.diagonal / 2
+    scene_radius = q.diagonal / 2
     if surface is None:
-        surface = along_surface(q, region, o.threshold * radius)
+        surface = along_surface(q, region, o.threshold * scene_radius)
     noisy = bool((q.known_sigma > 0).any())
     low_error = OF_THE_TRUTH * float(np.square(q.known_sigma).mean()) if noisy else LOW_ERROR
     if o.low_error is not None:
@@ -71,7 +71,7 @@ def published(
     problem = Problem.of(q, own if noisy else np.ones_like(own), geometry, region)
     lights, least, history = PointLights(np.zeros((0, 3)), np.zeros((0, 1))), np.inf, []
     reason = Reason.NO_VOTES
-    for state in iterate(problem, surface, radius, low_error, o):
+    for state in iterate(problem, surface, scene_radius, low_error, o):
         if state.tried is not None:
             turn = state.iteration
             history.append(Step(f"iteration {turn}", len(state.tried), state.mse, turn))
@@ -81,8 +81,8 @@ def published(
         reason = state.reason or reason
     whole = replace(problem, sigma=own)
     fit = fit_of(whole, lights.brightest_first(), np.inf)
-    bound = bound_at(whole, fit.lights)
-    return localization(q, whole, fit, Options(), reason, history, bound)
+    errors = errors_at(whole, fit.lights)
+    return localization(q, whole, fit, Options(), reason, history, errors)
 
 
 def along_surface(q: Observations, region: NDArray[np.float64], reach: float) -> Surface:

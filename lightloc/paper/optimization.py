@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from lightloc.answer import Reason
 from lightloc.fields import Field, Grid
-from lightloc.fit import Problem, Unknown, descend, intensities
+from lightloc.fit import Descents, Problem, Unknown, descend, intensities
 from lightloc.given import PointLights
 from lightloc.optics import shading
 from lightloc.paper.surface import Surface
@@ -127,7 +127,7 @@ class State:
 
 
 def iterate(
-    problem: Problem, surface: Surface, radius: float, low_error: float, o: Paper
+    problem: Problem, surface: Surface, scene_radius: float, low_error: float, o: Paper
 ) -> Iterator[State]:
     """Section 5: discover, optimize, brighten, refine; until the lights explain B, or it fails.
 
@@ -137,7 +137,7 @@ def iterate(
         B(q) of one channel, with the weights of the optimization.
     surface
         Distances between its observations, for the votes.
-    radius
+    scene_radius
         The scene's, metres.
     low_error
         The mean squared error of B at which the lights explain it.
@@ -158,9 +158,9 @@ def iterate(
         if (left < 0).any():
             yield State(iteration, _lights(p, I), left, None, p[:0], None, np.inf, Reason.DARKER)
             return
-        votes = votes_of(field, grid, left[:, None], surface, radius, o)[0]
-        candidates = peaks_of(votes, len(B), radius, o)
-        known = associate(candidates, p, o.association * radius)
+        votes = votes_of(field, grid, left[:, None], surface, scene_radius, o)[0]
+        candidates = peaks_of(votes, len(B), scene_radius, o)
+        known = associate(candidates, p, o.association * scene_radius)
         seen = np.unique(known[known >= 0])
         here = State(iteration, _lights(p, I), left, votes, candidates, None, np.inf, None)
         if not len(candidates):
@@ -171,7 +171,7 @@ def iterate(
         for new in candidates[known < 0]:
             seen = np.append(seen, len(p))
             p, I = np.concatenate([p, new[None]]), np.append(I, 0.0)
-            tried, mse = optimize(problem, p, grid, radius, o)
+            tried, mse = optimize(problem, p, grid, scene_radius, o)
             reason = Reason.CONVERGED if mse < low_error else None
             if reason is None and len(p) >= o.most_lights:
                 reason = Reason.MOST_LIGHTS
@@ -179,7 +179,7 @@ def iterate(
             if reason:
                 return
         I[seen] += o.increment
-        p = refined(problem, p, I, field, grid, surface, radius, o)
+        p = refined(problem, p, I, field, grid, surface, scene_radius, o)
 
 
 MOST_ITERATIONS = 10_000
@@ -205,17 +205,22 @@ def rendered(problem: Problem, positions: NDArray[np.float64]) -> NDArray[np.flo
 
 
 def votes_of(
-    field: Field, grid: Grid, B: NDArray[np.float64], surface: Surface, radius: float, o: Paper
+    field: Field,
+    grid: Grid,
+    B: NDArray[np.float64],
+    surface: Surface,
+    scene_radius: float,
+    o: Paper,
 ) -> list[Votes]:
     """V(p) of each of k radiances (n, k), which share S."""
     _, L = field.limits(np.maximum(B, 0))
-    T = o.threshold * radius
+    T = o.threshold * scene_radius
     return [vote(grid, limiters, surface, T, o.radius or 1) for limiters in L.T]
 
 
-def peaks_of(votes: Votes, n: int, radius: float, o: Paper) -> NDArray[np.float64]:
+def peaks_of(votes: Votes, n: int, scene_radius: float, o: Paper) -> NDArray[np.float64]:
     """(m, 3) peaks of the votes of n observations, metres, with H of that number (section 4.3)."""
-    return votes.peaks(o.height * n, radius, merge=o.merge, lowering=o.lowering or LOWERING)
+    return votes.peaks(o.height * n, scene_radius, merge=o.merge, lowering=o.lowering or LOWERING)
 
 
 def associate(
@@ -229,7 +234,7 @@ def associate(
 
 
 def optimize(
-    problem: Problem, positions: NDArray[np.float64], grid: Grid, radius: float, o: Paper
+    problem: Problem, positions: NDArray[np.float64], grid: Grid, scene_radius: float, o: Paper
 ) -> tuple[PointLights, float]:
     """Section 5.2: intensities alone, which is linear, then Levenberg-Marquardt; with its MSE.
 
@@ -241,9 +246,8 @@ def optimize(
     I = intensities(problem, positions)
     there = descend(
         problem,
-        positions[None, I[:, 0] > 0],
-        I[None, I[:, 0] > 0],
-        stray=o.stray * radius,
+        Descents.of(positions[None, I[:, 0] > 0], I[None, I[:, 0] > 0]),
+        stray=o.stray * scene_radius,
         steps=o.steps,
         unknown=Unknown.FREE,
         damping=o.damping,
@@ -253,8 +257,7 @@ def optimize(
     if len(read_p) < len(p) and len(read_p):
         there = descend(
             problem,
-            read_p[None],
-            read_I[None],
+            Descents.of(read_p[None], read_I[None]),
             steps=o.steps,
             unknown=Unknown.FREE,
             damping=o.damping,
@@ -290,17 +293,17 @@ def refined(
     field: Field,
     grid: Grid,
     surface: Surface,
-    radius: float,
+    scene_radius: float,
     o: Paper,
 ) -> NDArray[np.float64]:
     """Section 5.3: each hypothesis moves to its candidate in the votes of B^i."""
     S = rendered(problem, p)
     alone = problem.radiance - (S @ I)[:, None] + S * I  # (n, k), B^i
     moved = p.copy()
-    for i, votes in enumerate(votes_of(field, grid, alone, surface, radius, o)):
-        candidates = peaks_of(votes, len(S), radius, o)
+    for i, votes in enumerate(votes_of(field, grid, alone, surface, scene_radius, o)):
+        candidates = peaks_of(votes, len(S), scene_radius, o)
         apart = np.linalg.norm(candidates - p[i], axis=1)
-        if len(apart) and apart.min() < o.association * radius:
+        if len(apart) and apart.min() < o.association * scene_radius:
             moved[i] = candidates[apart.argmin()]
     return moved
 

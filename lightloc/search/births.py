@@ -67,5 +67,7 @@ def alone(
     energy = np.maximum(np.square(atoms).sum(axis=2), np.finfo(np.float32).tiny)
     bright = np.maximum((atoms * target).sum(axis=2) / energy, 0).T
     bright = np.maximum(bright, FAINT * bright.max())
-    there = descend(bare, starts[:, None], bright[:, None], steps=STEPS, loss=scale, fall=FALL)
+    there = descend(
+        bare, Descents.of(starts[:, None], bright[:, None]), steps=STEPS, loss=scale, fall=FALL
+    )
     return there.positions[:, 0]

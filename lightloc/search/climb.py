@@ -24,7 +24,7 @@ NARROWED = 0.25
 """Share of a stage's errors that is left once they are met."""
 
 NEAR = 4.0
-"""Loss a residual, in these errors, from which the own ones are tried."""
+"""Loss per residual, in these errors, from which the own ones are tried."""
 
 CANDIDATES, FRONT = 4, 3
 """Places for a further light that are tried; hypotheses that are refined to their end."""

@@ -17,7 +17,7 @@ from lightloc.answer import (
     too_few,
     unexplained,
 )
-from lightloc.fit import Fit, Problem, bound_at, level_of, resolution
+from lightloc.fit import Fit, Problem, errors_at, level_of, resolution
 from lightloc.given import Observations, Options
 from lightloc.search.ladder import Ladder
 from lightloc.search.wide import Extended, extended
@@ -35,7 +35,7 @@ def concluded(
     if wide is None:
         fit = Fit(fit.lights.brightest_first(), fit.residual, fit.cost)
         width = np.zeros(len(fit))
-        wide = Extended(fit, width, bound_at(problem, fit.lights), fit.lights)
+        wide = Extended(fit, width, errors_at(problem, fit.lights), fit.lights)
     fit, lights = wide.fit, wide.fit.lights
     level = max(1.0, level_of(fit.residual)) if len(lights) else 1.0
     verdicts = [
@@ -61,7 +61,7 @@ def concluded(
         o,
         reason,
         ladder.history,
-        bound=wide.bound,
+        errors=wide.errors,
         points=wide.points,
         resolution=np.where(wide.width > 0, np.nan, resolution(problem, lights)),
         width=wide.width,

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lightloc.fit import (
-    FIRST_DAMPING,
     NEARBY,
     Descents,
     Problem,
@@ -28,7 +27,7 @@ from lightloc.search.births import places
 from lightloc.search.dictionary import Dictionary
 from lightloc.search.ladder import Ladder
 from lightloc.search.moves import HOPELESS, are_needed
-from lightloc.search.polish import SETTLED_DEEP, spread_of
+from lightloc.search.polish import DEEP_FALL, spread_of
 from lightloc.search.view import Stage, View
 
 NOTHING = 1e-5
@@ -49,7 +48,7 @@ FAINT = 0.01
 LOOK, STEPS = 40, 200
 """Evaluations of a look at each light's absence, and of a refinement."""
 
-SETTLED = 1e-5
+EXCHANGE_FALL = 1e-5
 """Relative fall of chi-square that ends a refinement."""
 
 STIFF = 0.1
@@ -89,7 +88,7 @@ def surer(problem: Problem) -> Problem:
 def exchanged(view: View, one: Descents) -> Descents:
     """Lights exchanged until nothing is left, or for as long as that falls by a factor."""
     problem, least = view.tight, view.criterion.likelihood.scale
-    one = refined(view, one, least, STEPS, NEARBY, SETTLED_DEEP)
+    one = descend(problem, one, loss=least, steps=STEPS, damping=NEARBY, fall=DEEP_FALL)
     if is_nothing(view, one):
         return one
     stage = Stage(problem, Dictionary.over(problem, view.dictionary.grid), 0.0, view.criterion)
@@ -100,7 +99,7 @@ def exchanged(view: View, one: Descents) -> Descents:
         if not len(found):
             break
         most = FALL * robust(z, loss)
-        more = refined(view, with_faint(one, found), loss, STEPS)
+        more = descend(problem, with_faint(one, found), loss=loss, steps=STEPS, fall=EXCHANGE_FALL)
         more = more.rows(np.argsort(more.chi2, kind="stable"))
         best = next((up for up in more.each() if is_nothing(view, up)), None)
         if best is None:
@@ -124,33 +123,14 @@ def with_faint(one: Descents, found: NDArray[np.float64]) -> Descents:
 
 def without_any(view: View, one: Descents, loss: float) -> Descents:
     """The best with any one light dropped."""
-    p, I = one.positions[0], one.intensities[0]
-    starts = [(np.delete(p, i, 0), np.delete(I, i, 0)) for i in range(len(p))]
-    positions, intensities = (np.stack(each) for each in zip(*starts, strict=True))
-    tried = refined(view, Descents.of(positions, intensities), loss, LOOK, STIFF)
+    problem, p, I = view.tight, one.positions[0], one.intensities[0]
+    rows = [(np.delete(p, i, 0), np.delete(I, i, 0)) for i in range(len(p))]
+    positions, intensities = (np.stack(each) for each in zip(*rows, strict=True))
+    starts = Descents.of(positions, intensities)
+    tried = descend(problem, starts, loss=loss, steps=LOOK, damping=STIFF, fall=EXCHANGE_FALL)
     tried = tried.rows(np.argsort(tried.chi2, kind="stable")[:TRIED])
-    tried = refined(view, tried, loss, STEPS, NEARBY)
+    tried = descend(problem, tried, loss=loss, steps=STEPS, damping=NEARBY, fall=EXCHANGE_FALL)
     return tried.rows(np.array([np.argmin(tried.chi2)]))
-
-
-def refined(
-    view: View,
-    starts: Descents,
-    loss: float,
-    steps: int,
-    damping: float = FIRST_DAMPING,
-    fall: float = SETTLED,
-) -> Descents:
-    """Refined by the assumed errors."""
-    return descend(
-        view.tight,
-        starts.positions,
-        starts.intensities,
-        steps=steps,
-        damping=damping,
-        loss=loss,
-        fall=fall,
-    )
 
 
 def is_nothing(view: View, one: Descents) -> bool:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from lightloc.fit import (
     AT_HAND,
-    SETTLED,
+    POLISH_FALL,
     Criterion,
     Descents,
     Fit,
@@ -25,7 +25,7 @@ QUICK = 12
 THOROUGH = (30, 60)
 """Evaluations to polish a hypothesis; the same in 64 bits, where 15 lights need it (measured)."""
 
-DEEP, SETTLED_DEEP = 400, 1e-9
+DEEP, DEEP_FALL = 400, 1e-9
 """The same for the last polish: an exact answer's valleys are narrow."""
 
 WORTH_DEPTH = 100.0
@@ -51,11 +51,10 @@ def polished(
     """Refine all starts at once, each nearly there: intensities are unknowns themselves."""
     return descend(
         problem,
-        starts.positions,
-        starts.intensities,
+        starts,
         steps=steps,
         loss=loss,
-        fall=fall or SETTLED[problem.surfels.double],
+        fall=fall or POLISH_FALL[problem.surfels.double],
         unknown=Unknown.POSITIVE,
         damping=AT_HAND,
     )
@@ -87,7 +86,7 @@ def sharpened(
             deep = False
             break
     if deep and (loss < WORTH_DEPTH * least or np.isinf(loss)):
-        start = polished(problem, start, least, DEEP, SETTLED_DEEP)
+        start = polished(problem, start, least, DEEP, DEEP_FALL)
     return fit_of(problem, start.lights, least)
 
 

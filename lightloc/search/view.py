@@ -115,8 +115,7 @@ class Stage:
         """Refined, all lights of each hypothesis together."""
         return descend(
             self.problem,
-            starts.positions,
-            starts.intensities,
+            starts,
             steps=steps,
             damping=damping,
             loss=self.criterion.likelihood.scale if loss is None else loss,

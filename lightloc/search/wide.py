@@ -54,7 +54,7 @@ class Extended:
         The lights' centroids and whole intensities, with what they leave as wide as they are.
     width : (k,) array
         Metres; two equal points so far apart look the same. 0 for a point.
-    bound
+    errors
         Their standard errors where the widths are unknown too.
     points
         All points that stand for them.
@@ -62,7 +62,7 @@ class Extended:
 
     fit: Fit
     width: NDArray[np.float64]
-    bound: Bound
+    errors: Bound
     points: PointLights
 
     def brightest_first(self) -> Extended:
@@ -70,16 +70,16 @@ class Extended:
         lights = self.fit.lights
         order = lights.order
         k, c = lights.intensities.shape
-        d = len(self.bound.covariance) // k - c
+        d = len(self.errors.covariance) // k - c
         own = [(order[:, None] * each + np.arange(each)).ravel() for each in (d, c)]
         rows = np.concatenate([own[0], k * d + own[1]])
-        bound = Bound(
-            self.bound.position[order],
-            self.bound.intensity[order],
-            self.bound.covariance[np.ix_(rows, rows)],
+        errors = Bound(
+            self.errors.position[order],
+            self.errors.intensity[order],
+            self.errors.covariance[np.ix_(rows, rows)],
         )
         fit = Fit(lights.brightest_first(), self.fit.residual, self.fit.cost)
-        return Extended(fit, self.width[order], bound, self.points)
+        return Extended(fit, self.width[order], errors, self.points)
 
 
 @dataclass(frozen=True)
@@ -203,8 +203,7 @@ def joined(
     first = unknowns.expanded(x)
     there = descend(
         problem,
-        first.positions[None],
-        first.intensities[None],
+        Descents.at(first),
         steps=THOROUGH[0],
         unknown=Unknown.POSITIVE,
         damping=AT_HAND,

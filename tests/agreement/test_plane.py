@@ -131,7 +131,7 @@ def pairs(rng) -> Callable[[PlaneRoom], tuple[NDArray, NDArray]]:
     def draw(room: PlaneRoom) -> tuple[NDArray, NDArray]:
         q = room.observe(PAIRS // 100)
         i = rng.integers(0, len(q), PAIRS)
-        x = np.array(surfels(q).start, np.float64).T[i]
+        x = np.array(surfels(q).origin, np.float64).T[i]
         p = rng.uniform(*room.outline.bounds, (PAIRS, 3))
         above = (q.normals[i] * (p - q.positions[i])).sum(axis=1) > 0
         keep = above & room.outline.inside(p)

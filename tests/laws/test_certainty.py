@@ -99,7 +99,7 @@ def test_resolution_is_what_a_fit_of_one_light_leaves():
         h = apart / 2 * np.array([np.cos(angle), np.sin(angle), 0])
         two = PointLights([one.positions[0] + h, one.positions[0] - h], [2.0, 2.0])
         halves = Problem(problem.surfels, radiance(dark, two), problem.sigma, None, problem.bounds)
-        there = descend(halves, one.positions[None], one.intensities[None])
+        there = descend(halves, Descents.of(one.positions[None], one.intensities[None]))
         left.append(np.sqrt(there.chi2[0]))
     assert min(left) == pytest.approx(TOLD_APART, rel=0.25)
 

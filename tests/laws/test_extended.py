@@ -155,10 +155,10 @@ def test_brightest_first_takes_the_errors_along():
     wide = joined(problem, three, [[0], [1, 2]], Likelihood())
     first = wide.brightest_first()
     assert wide.width[0] == 0 < wide.width[1] == first.width[0]
-    np.testing.assert_array_equal(first.bound.position, wide.bound.position[::-1])
-    error = np.sqrt(np.diag(first.bound.covariance))
-    np.testing.assert_allclose(error[:4], first.bound.position[:, :2].ravel())
-    np.testing.assert_allclose(error[4:], first.bound.intensity.ravel())
+    np.testing.assert_array_equal(first.errors.position, wide.errors.position[::-1])
+    error = np.sqrt(np.diag(first.errors.covariance))
+    np.testing.assert_allclose(error[:4], first.errors.position[:, :2].ravel())
+    np.testing.assert_allclose(error[4:], first.errors.intensity.ravel())
 
 
 def test_a_wide_light_beside_an_ambient_term():

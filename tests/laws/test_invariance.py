@@ -16,7 +16,7 @@ from lightloc import (
     radiance,
     shading,
 )
-from lightloc.fit import SETTLED, Criterion
+from lightloc.fit import POLISH_FALL, Criterion
 from lightloc.plane import Loop
 from lightloc.search.ground import Ground
 from validation.rooms.plane import rooms, rooms_with_discs
@@ -107,8 +107,8 @@ def test_an_answer_has_no_unit_of_length(discs, scale):
     """The lights of a room s times as large are found s times as far apart, and as sure.
 
     What a search compares with a length is a share of the room's, so that the answers have the
-    same reason and verdicts. They agree as far as a polish goes: it ends where chi-square, 1 a
-    residual, falls by less than `SETTLED` of itself, which is that many standard errors squared.
+    same reason and verdicts. They agree as far as a polish goes: it ends where chi-square, 1 per
+    residual, falls by less than `POLISH_FALL` of itself: so many standard errors squared.
     Only shadow rays begin off their surface by a length, as Mitsuba's do; no small room has discs.
     """
     room = rooms_with_discs(discs, 3, count=1)[0] if discs else rooms(3, count=1)[0]
@@ -119,7 +119,7 @@ def test_an_answer_has_no_unit_of_length(discs, scale):
     said = [[(v.kind, v.lights) for v in found.verdicts] for found in (here, there)]
     assert said[0] == said[1]
     assert there.reason is here.reason
-    still = np.sqrt(SETTLED[0] * len(q))
+    still = np.sqrt(POLISH_FALL[0] * len(q))
     off = np.abs(there.lights.positions / scale - here.lights.positions)
     assert (off <= still * here.position_error).all()
     brighter = np.abs(there.lights.intensities / scale**2 - here.lights.intensities)

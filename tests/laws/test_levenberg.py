@@ -63,7 +63,7 @@ def starts(rng: np.random.Generator, m: int, c: int = 1) -> tuple[np.ndarray, np
 def test_near_the_truth_all_starts_come_back(rng, channels):
     """Without noise: to float32's accuracy of S, 1e-6, times the condition of the fit, 100."""
     q = seen(rng, channels)
-    there = descend(problem(q), *starts(rng, 7, channels))
+    there = descend(problem(q), Descents.of(*starts(rng, 7, channels)))
     for p, I in zip(there.positions, there.intensities, strict=True):
         np.testing.assert_allclose(p, LIGHTS.positions, atol=1e-4)
         np.testing.assert_allclose(I, np.broadcast_to(LIGHTS.intensities, I.shape), rtol=1e-4)
@@ -74,9 +74,9 @@ def test_starts_do_not_see_each_other(rng):
     """A start ends where it ends alone: bit for bit but for the order of sums."""
     q = seen(rng)
     p, I = starts(rng, 4)
-    together = descend(problem(q), p, I, steps=6)
+    together = descend(problem(q), Descents.of(p, I), steps=6)
     for i in range(4):
-        alone = descend(problem(q), p[i : i + 1], I[i : i + 1], steps=6)
+        alone = descend(problem(q), Descents.of(p[i : i + 1], I[i : i + 1]), steps=6)
         np.testing.assert_allclose(alone.positions[0], together.positions[i], atol=1e-9)
 
 
@@ -87,7 +87,7 @@ def test_never_uphill(rng):
     p += rng.normal(0, 0.3, p.shape)
     before = np.full(5, np.inf)
     for steps in (0, 1, 2, 4, 8, 16):
-        there = descend(problem(q), p, I, steps=steps)
+        there = descend(problem(q), Descents.of(p, I), steps=steps)
         assert (there.chi2 <= before).all()
         before = there.chi2
     light = PointLights(there.positions[0], np.maximum(there.intensities[0], 0))
@@ -100,7 +100,7 @@ def test_sigma_is_a_unit(rng):
     """Errors s times as large: the same path, chi-square divided by s^2 (s a power of 2)."""
     q = seen(rng)
     p, I = starts(rng, 3)
-    once, wide = (descend(problem(q, s), p, I, steps=3) for s in (1.0, 4.0))
+    once, wide = (descend(problem(q, s), Descents.of(p, I), steps=3) for s in (1.0, 4.0))
     np.testing.assert_allclose(wide.positions, once.positions, rtol=1e-9)
     np.testing.assert_allclose(wide.chi2 * 16, once.chi2, rtol=1e-9)
 
@@ -111,7 +111,7 @@ def test_agrees_with_scipy(rng, unknown):
     q = seen(rng)
     noisy = q.with_radiance(q.radiance + rng.normal(0, 0.01, q.radiance.shape), 0.01)
     p, I = starts(rng, 1)
-    ours = descend(problem(noisy, 0.01), p, I, unknown=unknown)
+    ours = descend(problem(noisy, 0.01), Descents.of(p, I), unknown=unknown)
 
     def split(x):
         return x[:6].reshape(2, 3), x[6:]
@@ -135,19 +135,20 @@ def test_a_light_that_strays_is_stopped(rng):
     q = seen(rng)
     p, I = starts(rng, 4)
     p[0] += 0.4
-    near = descend(problem(q), p, I, stray=0.45)
+    near = descend(problem(q), Descents.of(p, I), stray=0.45)
     assert near.strayed[0]
     assert not near.strayed[1:].any()
-    assert not descend(problem(q), p, I).strayed.any()
+    assert not descend(problem(q), Descents.of(p, I)).strayed.any()
 
 
 def test_nothing_to_see(rng):
     """A light that no observation sees, and one far outside: finite, and no worse than before."""
     q = seen(rng)
     p = np.array([[[-2.0, -2.0, -2.0], [0.4, -0.2, 1.1]], [[1e5, 1e5, 1e5], [0.0, 0.0, 0.5]]])
-    there = descend(problem(q), p, np.ones((2, 2, 1)))
+    begun = Descents.of(p, np.ones((2, 2, 1)))
+    there = descend(problem(q), begun)
     assert np.isfinite(there.chi2).all()
-    assert (there.chi2 <= descend(problem(q), p, np.ones((2, 2, 1)), steps=0).chi2).all()
+    assert (there.chi2 <= descend(problem(q), begun, steps=0).chi2).all()
 
 
 # traps
@@ -179,7 +180,7 @@ def random_rate(rng: np.random.Generator, **how) -> np.ndarray:
     won = []
     for room in rooms(5, count=4):
         posed = seen_in(room)
-        won.append(explained(descend(posed, *random_starts(rng, 25, 5), **how), posed))
+        won.append(explained(descend(posed, Descents.of(*random_starts(rng, 25, 5)), **how), posed))
     return np.concatenate(won)
 
 
@@ -192,7 +193,9 @@ def test_a_dark_light_comes_back():
     rng = np.random.default_rng(0)
     room = rooms(2, count=1)[0]
     posed = seen_in(room)
-    alone = descend(posed, room.lights.positions[None, :1], room.lights.intensities[None, :1])
+    alone = descend(
+        posed, Descents.at(PointLights(room.lights.positions[:1], room.lights.intensities[:1]))
+    )
     S = shading(posed.surfels, alone.positions[0], None)[:, 0]
     left = S @ alone.intensities[0] - posed.radiance
     places = rng.uniform(CLEARANCE, 1 - CLEARANCE, (40, 3)) * [1, 1, 0]
@@ -202,8 +205,8 @@ def test_a_dark_light_comes_back():
     p = np.concatenate([np.repeat(alone.positions, m, axis=0), places[:, None]], axis=1)
     I = np.repeat(alone.intensities, m, axis=0)
     faint, none = (np.concatenate([I, np.full((m, 1, 1), x)], axis=1) for x in (1e-6, 0.0))
-    assert explained(descend(posed, p, faint), posed).mean() > 0.75
-    held = descend(posed, p, none, unknown=Unknown.POSITIVE)
+    assert explained(descend(posed, Descents.of(p, faint)), posed).mean() > 0.75
+    held = descend(posed, Descents.of(p, none), unknown=Unknown.POSITIVE)
     assert not held.intensities[:, 1].any()
     np.testing.assert_array_equal(held.positions[:, 1], places)
     assert not explained(held, posed).any()
@@ -221,13 +224,15 @@ def test_a_start_on_the_border(rng):
     `MARGIN` to a wall."""
     p, I = np.tile(LIGHTS.positions, (4, 1, 1)), np.tile(LIGHTS.intensities, (4, 1, 1))
     p[0, 0, 0], p[1, 0, 1], p[2, 1, 0], p[3, 1, 2] = 1.0, -1.0, -1.0, 2.0
-    there = descend(problem(seen(rng)), p, I)
+    there = descend(problem(seen(rng)), Descents.of(p, I))
     for found in there.positions:  # in the last, the lights have changed places
         order = np.argsort(-found[:, 0])
         np.testing.assert_allclose(found[order], LIGHTS.positions, atol=1e-3)
     low, high = BOUNDS + MARGIN * 2 * np.array([[1], [-1]])
     for steps in (0, 1, 2, 4, 8):
-        wild = descend(problem(seen(rng)), p + rng.normal(0, 3, p.shape), I, steps=steps)
+        wild = descend(
+            problem(seen(rng)), Descents.of(p + rng.normal(0, 3, p.shape), I), steps=steps
+        )
         assert (wild.positions >= low - 1e-12).all()
         assert (wild.positions <= high + 1e-12).all()
 
@@ -241,7 +246,7 @@ def test_the_first_step_does_not_throw_lights():
         off = 0.1 * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=2)
         I = np.repeat(room.lights.intensities[None], 50, axis=0)
         for damping, rate in won.items():
-            there = descend(posed, room.lights.positions + off, I, damping=damping)
+            there = descend(posed, Descents.of(room.lights.positions + off, I), damping=damping)
             rate.append(explained(there, posed))
     careful, trusting = (np.concatenate(rate) for rate in won.values())
     assert is_higher(careful, trusting)
@@ -262,8 +267,8 @@ def test_what_is_near_may_go_up_to_the_border():
     q = q.with_radiance(radiance(q, light), 0.0)
     problem = Problem.of(q, np.ones_like(q.radiance), None, np.array([low, high]), double=True)
     start = np.array([[[0.4, 1 - MARGIN, 0]]]), np.array([[[2.0]]])
-    far = descend(problem, *start)
-    near = descend(problem, *start, unknown=Unknown.POSITIVE, damping=1e-3)
+    far = descend(problem, Descents.of(*start))
+    near = descend(problem, Descents.of(*start), unknown=Unknown.POSITIVE, damping=1e-3)
     assert np.linalg.norm(far.positions[0, 0] - light.positions[0]) > MARGIN / 2
     np.testing.assert_allclose(near.positions[0, 0], light.positions[0], atol=1e-9)
 
@@ -276,7 +281,9 @@ def test_a_start_on_an_observation_is_no_crash(unknown):
     problem = Problem.of(q, np.ones_like(q.radiance), None, q.bounds)
     start = np.array([[q.positions[7], room.lights.positions[1]]])
     with np.errstate(all="ignore"):
-        there = descend(problem, start, np.ones((1, 2, 1)), unknown=unknown, damping=1e-3)
+        there = descend(
+            problem, Descents.of(start, np.ones((1, 2, 1))), unknown=unknown, damping=1e-3
+        )
     assert np.isfinite(there.positions).all()
     assert np.isfinite(there.intensities).all()
 
@@ -363,7 +370,7 @@ def test_bent_steps_follow_the_valleys_of_exact_data(monkeypatch):
 
     def right():
         with one_blas_thread():
-            there = descend(problem, *starts, steps=100)
+            there = descend(problem, Descents.of(*starts), steps=100)
         return (np.abs(there.positions - room.lights.positions).max(axis=(1, 2)) < 1e-5).sum()
 
     bent = right()
@@ -377,7 +384,7 @@ def test_fewer_observations_than_unknowns():
     room = rooms(3, count=1)[0]
     q = room.observe(5)
     problem = Problem.of(q, np.full_like(q.radiance, 0.01), None, q.bounds, double=True)
-    there = descend(problem, room.lights.positions[None], room.lights.intensities[None], steps=3)
+    there = descend(problem, Descents.at(room.lights), steps=3)
     assert np.isfinite(there.positions).all()
 
 
@@ -385,7 +392,7 @@ def test_one_light_that_strays_is_enough(rng):
     """The other stands where it belongs, all the way."""
     p, I = LIGHTS.positions[None].copy(), LIGHTS.intensities[None]
     p[0, 0] += [0.3, 0.3, -0.3]
-    there = descend(problem(seen(rng)), p, I, stray=0.4)
+    there = descend(problem(seen(rng)), Descents.of(p, I), stray=0.4)
     moved = np.linalg.norm(there.positions - p, axis=2)[0]
     assert moved[0] > 0.4 > moved[1]
     assert there.strayed[0]

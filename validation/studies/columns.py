@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 
 from lightloc import Observations, Paper, Perimeter, PointLights, Reason, localize, radiance
-from lightloc.fit import NEARBY, Problem, Unknown, descend
+from lightloc.fit import NEARBY, Descents, Problem, Unknown, descend
 from validation.judge import Tolerance, compare, is_solved
 from validation.rooms import PlaneRoom, rooms
 
@@ -184,9 +184,9 @@ def random_starts(q: Observations, count: int, low: float, seed: int) -> float:
     p = rng.uniform(low_corner, high_corner, (RANDOM_STARTS, count, 3))
     I = rng.uniform(FAINTEST, BRIGHTEST, (RANDOM_STARTS, count, 1))
     free = Unknown.FREE
-    there = descend(problem(q), p, I, steps=STEPS, unknown=free, damping=Paper.damping)
+    there = descend(problem(q), Descents.of(p, I), steps=STEPS, unknown=free, damping=Paper.damping)
     plain = replace(problem(q), sigma=np.ones_like(q.sigma))
-    unweighted = descend(plain, there.positions, there.intensities, steps=0, unknown=free)
+    unweighted = descend(plain, there, steps=0, unknown=free)
     return float((unweighted.chi2 / q.radiance.size < low).mean())
 
 
@@ -194,8 +194,7 @@ def from_the_truth(q: Observations, lights: PointLights) -> PointLights:
     """Where Levenberg-Marquardt comes to rest that starts at the true lights."""
     there = descend(
         problem(q),
-        lights.positions[None],
-        lights.intensities[None],
+        Descents.of(lights.positions[None], lights.intensities[None]),
         steps=STEPS,
         unknown=Unknown.POSITIVE,
         damping=NEARBY,

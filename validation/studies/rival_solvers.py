@@ -17,7 +17,7 @@ from scipy.optimize import nnls
 
 import lightloc
 from lightloc import Grid, Observations, Paper, PointLights, shading
-from lightloc.fit import Problem, Unknown, descend, intensities
+from lightloc.fit import Descents, Problem, Unknown, descend, intensities
 from render import Room, optimize
 
 SEED = 2018
@@ -63,14 +63,22 @@ def random_starts(q: Observations, room: Room, count: int) -> PointLights:
         places = rng.uniform(low, high, (AT_ONCE, count, 3))
         first = np.stack([intensities(some, p) for p in places])
         there = descend(
-            some, places, first, steps=STEPS, unknown=Unknown.FREE, damping=Paper.damping
+            some,
+            Descents.of(places, first),
+            steps=STEPS,
+            unknown=Unknown.FREE,
+            damping=Paper.damping,
         )
         real = (there.intensities >= 0).all(axis=(1, 2)) & np.isfinite(there.chi2)
         chi2 = np.where(real, there.chi2, np.inf)  # a negative light is no answer
         found += zip(chi2, there.positions, there.intensities, strict=True)
     _, p, I = min(found, key=lambda start: start[0])
     there = descend(
-        whole, p[None], I[None], steps=STEPS, unknown=Unknown.FREE, damping=Paper.damping
+        whole,
+        Descents.of(p[None], I[None]),
+        steps=STEPS,
+        unknown=Unknown.FREE,
+        damping=Paper.damping,
     )
     return PointLights(there.positions[0], np.maximum(there.intensities[0], 0.0))
 
