@@ -23,19 +23,10 @@ For other rooms, in pipeline order:
 """
 
 from lightloc.brdf.ceiling import Ceiling
-from lightloc.brdf.models import (
-    BRDF,
-    Bounded,
-    Conductor,
-    Lambert,
-    Mixed,
-    Plastic,
-    Scatter,
-    Slope,
-    Sloped,
-    is_brdf,
-)
+from lightloc.brdf.mixed import Mixed
+from lightloc.brdf.models import Conductor, Lambert, Plastic
 from lightloc.brdf.parameters import Parameters, channels_last
+from lightloc.brdf.protocol import BRDF, Bounded, Scatter, Slope, Sloped, is_brdf
 from lightloc.brdf.readings import Irradiance
 from lightloc.brdf.rows import rows_of
 from lightloc.brdf.stored import SceneMaterial, restored, stored

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lightloc.backend import types
-from lightloc.brdf.models import BRDF, Mixed, Scatter
+from lightloc.brdf.mixed import Mixed
 from lightloc.brdf.parameters import Parameters
+from lightloc.brdf.protocol import BRDF, Scatter
 
 
 @dataclass(frozen=True)

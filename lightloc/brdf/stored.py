@@ -9,8 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lightloc.brdf.models import BRDF, Conductor, Lambert, Mixed, Plastic, Scatter
+from lightloc.brdf.mixed import Mixed
+from lightloc.brdf.models import Conductor, Lambert, Plastic
 from lightloc.brdf.parameters import Parameters
+from lightloc.brdf.protocol import BRDF, Scatter
 from lightloc.brdf.readings import Irradiance
 
 MODELS: tuple[type[Parameters], ...] = (Lambert, Conductor, Plastic, Irradiance)

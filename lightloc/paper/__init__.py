@@ -22,6 +22,7 @@ For other rooms, in pipeline order:
 - `published`: runs it to its end and returns an answer.
 """
 
+from lightloc.paper.geodesic import Geodesic
 from lightloc.paper.method import published
 from lightloc.paper.optimization import (
     LOWERING_OF_NOISE,
@@ -35,7 +36,7 @@ from lightloc.paper.optimization import (
     rendered,
     votes_of,
 )
-from lightloc.paper.surface import Geodesic, Perimeter, SolidAngle, Surface
+from lightloc.paper.surface import Perimeter, SolidAngle, Surface
 from lightloc.paper.voting import DISCONTINUITY, Votes, vote
 
 __all__ = [

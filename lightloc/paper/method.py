@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from lightloc.answer import Localization, Reason, Step, localization
 from lightloc.fit import Problem, errors_at, fit_of, working_sigma
 from lightloc.given import Geometry, Observations, Options, PointLights
+from lightloc.paper.geodesic import Geodesic
 from lightloc.paper.optimization import (
     LOW_ERROR,
     LOWERING_OF_NOISE,
@@ -19,7 +20,7 @@ from lightloc.paper.optimization import (
     Paper,
     iterate,
 )
-from lightloc.paper.surface import Geodesic, Perimeter, Surface
+from lightloc.paper.surface import Perimeter, Surface
 from lightloc.plane import is_in_plane
 
 

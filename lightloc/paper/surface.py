@@ -6,23 +6,13 @@ the surface*, and in 3D how much of it three of them span.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse import coo_array, csr_array
-from scipy.sparse.csgraph import dijkstra
-from scipy.spatial import cKDTree
 
-from lightloc.checks import array, unit_vectors
 from lightloc.plane import follow
-
-NEIGHBOURS = 12  # a graph of 12 neighbours is 4 % longer than a plane's straight lines (measured)
-BOTH_SIDES = 3  # times as many are looked at: of 36 on a thin sheet 12 or more lie on one side
-MEDIAN = 1 / 3  # the disc to the k-th random neighbour stands for k less this, on the median
-SAME_SIDE = -0.5  # normals further apart than 120 degrees are two sides of one sheet
 
 
 class Surface(Protocol):
@@ -185,26 +175,7 @@ class Perimeter:
         raise ValueError(NO_AREAS)
 
     def distances(self, a: NDArray[np.intp], b: NDArray[np.intp]) -> NDArray[np.float64]:
-        """Distances along the outline between pairs of observations (section 4.2).
-
-        Parameters
-        ----------
-        a, b : (m,) array of int
-            Indices of observations.
-
-        Returns
-        -------
-        (m,) array
-            The shorter way round, metres; infinite from one outline to another.
-
-        Examples
-        --------
-        >>> import numpy as np
-        >>> from lightloc import Perimeter
-        >>> circle = Perimeter(np.zeros(4, int), np.arange(4.0), np.full(4, 4.0))
-        >>> circle.distances(np.array([0, 0]), np.array([2, 3])).tolist()
-        [2.0, 1.0]
-        """
+        """As of `Surface`: the shorter way round; infinite from one outline to another."""
         d = np.abs(self.along[a] - self.along[b])
         d = np.minimum(d, self.length[a] - d)
         return d if not self.loop.any() else np.where(self.loop[a] == self.loop[b], d, np.inf)
@@ -212,237 +183,11 @@ class Perimeter:
     def areas(
         self, a: NDArray[np.intp], b: NDArray[np.intp], c: NDArray[np.intp]
     ) -> NDArray[np.float64]:
-        """Refuse to answer: an outline has lengths and no areas.
-
-        Parameters
-        ----------
-        a, b, c : (m,) array of int
-            Indices of observations.
-
-        Returns
-        -------
-        (m,) array
-            Never: it raises.
-
-        Raises
-        ------
-        ValueError
-            Always.
-
-        Examples
-        --------
-        >>> import numpy as np
-        >>> from lightloc import Perimeter
-        >>> here = np.array([0])
-        >>> Perimeter(np.zeros(1, int), np.zeros(1), np.ones(1)).areas(here, here, here)
-        Traceback (most recent call last):
-            ...
-        ValueError: an outline has lengths and no areas: it is the surface of a 2D scene
-        """
+        """Raise ValueError: an outline has lengths and no areas."""
         raise ValueError(NO_AREAS)
 
 
 NO_AREAS = "an outline has lengths and no areas: it is the surface of a 2D scene"
-
-
-@dataclass(frozen=True, eq=False)
-class Geodesic:
-    """A 3D scene: shortest paths over the graph of neighbouring observations.
-
-    Paths longer than the reach that it was made for are infinite; votes never need them. `of` makes
-    one in O(n log n) time, and memory in proportion to the pairs within reach.
-
-    Parameters
-    ----------
-    keys : (m,) array of int
-        Pairs a, b of observations within reach as a * n + b, sorted.
-    lengths : (m,) array
-        Length of the shortest path of each pair, metres.
-    n : int
-        Number of observations.
-    share : float
-        Area that one observation stands for, m^2; NaN where none has enough neighbours to tell.
-
-    Notes
-    -----
-    The d(x, y) of section 4.2 in 3D, and the areas of section 4.4.
-
-    Examples
-    --------
-    Of observations on a grid of 1 m in a plane, all but those at the border stand for about 1 m^2:
-
-    >>> import numpy as np
-    >>> from lightloc import Geodesic
-    >>> x = np.stack(np.meshgrid(np.arange(30.0), np.arange(30.0), [0.0]), -1).reshape(-1, 3)
-    >>> flat = Geodesic.of(x, np.tile([0.0, 0.0, 1.0], (900, 1)), reach=3.0)
-    >>> bool(0.9 < flat.share < 1.2)
-    True
-    """
-
-    keys: NDArray[np.int64]  # sorted, a * n + b of the pairs within reach
-    lengths: NDArray[np.float64]
-    n: int
-    share: float
-
-    @property
-    def spacing(self) -> float:
-        """Metres of surface that one observation stands for: the root of its area."""
-        return float(np.sqrt(self.share))
-
-    @staticmethod
-    def of(positions: ArrayLike, normals: ArrayLike, reach: float) -> Geodesic:
-        """Connect each observation with its neighbours on the same side of a surface.
-
-        Parameters
-        ----------
-        positions : (n, 3) array_like
-            The observed points, metres.
-        normals : (n, 3) array_like
-            Their normals, of any length above 0.
-        reach : float
-            Length up to which paths are looked for, metres.
-
-        Returns
-        -------
-        Geodesic
-            Distances between the observations.
-
-        Raises
-        ------
-        ValueError
-            If a shape is wrong, a value is not finite, a normal has length zero, or the reach is
-            not above 0.
-
-        Examples
-        --------
-        >>> import numpy as np
-        >>> from lightloc import Geodesic
-        >>> x = np.stack(np.meshgrid(np.arange(5.0), np.arange(5.0), [0.0]), -1).reshape(-1, 3)
-        >>> flat = Geodesic.of(x, np.tile([0.0, 0.0, 1.0], (25, 1)), reach=3.0)
-        >>> flat.distances(np.array([0, 0]), np.array([2, 24])).tolist()
-        [2.0, inf]
-        """
-        x = array("positions", positions, (None, 3))
-        normal = unit_vectors("normals", normals, len(x))
-        if not reach > 0:
-            raise ValueError(f"reach is {reach:g}; expected a length above 0")
-        n = len(x)
-        tree = cKDTree(x)
-        length, near, joined = _neighbours(tree, x, normal)
-        row = np.repeat(np.arange(n), near.shape[1])[joined.ravel()]
-        edges = np.maximum(length[joined], np.finfo(float).tiny), (row, near[joined])
-        graph = coo_array(edges, shape=(n, n)).tocsr()
-        pairs = [_within(graph, x, tree, rows, reach) for rows in _blocks(x, 2 * reach)]
-        keys = np.concatenate([rows * n + columns for rows, columns, _ in pairs])
-        lengths = np.concatenate([found for _, _, found in pairs])
-        order = np.argsort(keys)
-        full = length[joined.sum(axis=1) == NEIGHBOURS, -1:]
-        share = np.pi * np.median(full) ** 2 / (NEIGHBOURS - MEDIAN) if full.size else np.nan
-        return Geodesic(keys[order], lengths[order], n, float(share))
-
-    def distances(self, a: NDArray[np.intp], b: NDArray[np.intp]) -> NDArray[np.float64]:
-        """Lengths of shortest paths between pairs of observations (section 4.2).
-
-        Parameters
-        ----------
-        a, b : (m,) array of int
-            Indices of observations.
-
-        Returns
-        -------
-        (m,) array
-            Lengths, metres; infinite beyond the reach.
-
-        Examples
-        --------
-        >>> import numpy as np
-        >>> from lightloc import Geodesic
-        >>> line = np.arange(4.0)[:, None] * [1, 0, 0]
-        >>> path = Geodesic.of(line, np.tile([0, 0, 1], (4, 1)), reach=2.5)
-        >>> path.distances(np.array([0, 0]), np.array([2, 3])).tolist()
-        [2.0, inf]
-        """
-        # Cells that lie together ask for the same pairs, and a search in order is 3 times faster.
-        wanted, which = np.unique(np.asarray(a, np.int64) * self.n + b, return_inverse=True)
-        at = np.minimum(np.searchsorted(self.keys, wanted), len(self.keys) - 1)
-        return np.where(self.keys[at] == wanted, self.lengths[at], np.inf)[which]
-
-    def areas(
-        self, a: NDArray[np.intp], b: NDArray[np.intp], c: NDArray[np.intp]
-    ) -> NDArray[np.float64]:
-        """Areas that triples of observations span (section 4.4).
-
-        Parameters
-        ----------
-        a, b, c : (m,) array of int
-            Indices of observations.
-
-        Returns
-        -------
-        (m,) array
-            Areas, m^2; infinite where one of the paths is.
-
-        Notes
-        -----
-        Heron's formula for the three paths.
-
-        Examples
-        --------
-        >>> import numpy as np
-        >>> from lightloc import Geodesic
-        >>> corners = [[0, 0, 0], [4, 0, 0], [0, 3, 0]]
-        >>> flat = Geodesic.of(corners, np.tile([0, 0, 1], (3, 1)), reach=6.0)
-        >>> flat.areas(*np.array([[0], [1], [2]])).tolist()
-        [6.0]
-        """
-        x, y, z = self.distances(a, b), self.distances(b, c), self.distances(c, a)
-        half = (x + y + z) / 2
-        with np.errstate(invalid="ignore"):
-            square = half * (half - x) * (half - y) * (half - z)
-        return np.where(np.isfinite(half), np.sqrt(np.maximum(square, 0.0)), np.inf)
-
-
-def _neighbours(
-    tree: cKDTree, x: NDArray[np.float64], normal: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.intp], NDArray[np.bool_]]:
-    """The nearest on the same side: (n, k) how far, which, and whether there is one, each."""
-    apart, near = tree.query(x, k=min(BOTH_SIDES * NEIGHBOURS + 1, len(x)))
-    apart, near = apart.reshape(len(x), -1)[:, 1:], near.reshape(len(x), -1)[:, 1:]
-    same = np.einsum("nd,nkd->nk", normal, normal[near]) > SAME_SIDE
-    first = np.argsort(~same, axis=1, kind="stable")[:, :NEIGHBOURS]  # a sheet has two sides
-    nearest = [np.take_along_axis(v, first, axis=1) for v in (apart, near, same)]
-    return nearest[0], nearest[1], nearest[2]
-
-
-def _blocks(x: NDArray[np.float64], side: float) -> Iterator[NDArray[np.intp]]:
-    """Indices of the points in each cube of a side, at most `ROWS` at once."""
-    cell = np.floor((x - x.min(axis=0)) / side)
-    _, which = np.unique(cell, axis=0, return_inverse=True)
-    order = np.argsort(which.ravel(), kind="stable")
-    for rows in np.split(order, np.flatnonzero(np.diff(which.ravel()[order])) + 1):
-        yield from np.split(rows, range(ROWS, len(rows), ROWS))
-
-
-def _within(
-    graph: csr_array, x: NDArray[np.float64], tree: cKDTree, rows: NDArray[np.intp], reach: float
-) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64]]:
-    """Paths from ``rows`` that are no longer than the reach: (from, to, length).
-
-    No point of such a path lies further than the reach from its beginning in a straight line, so
-    the graph of the points around the block holds them all.
-    """
-    lower, upper = x[rows].min(axis=0), x[rows].max(axis=0)
-    around = np.linalg.norm(upper - lower) / 2 + reach
-    some = np.array(tree.query_ball_point((lower + upper) / 2, around, return_sorted=True))
-    part = graph[some][:, some]
-    here = np.searchsorted(some, rows)
-    paths = dijkstra(part, directed=False, indices=here, limit=reach)
-    a, b = np.nonzero(np.isfinite(paths))
-    return rows[a], some[b], paths[a, b]
-
-
-ROWS = 256
-"""Shortest paths from so many observations at once, which bounds the memory of one block."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -482,56 +227,13 @@ class SolidAngle:
         return float(np.linalg.norm(half) * np.sqrt(self.share))
 
     def distances(self, a: NDArray[np.intp], b: NDArray[np.intp]) -> NDArray[np.float64]:
-        """Straight-line distances between pairs of observations.
-
-        Parameters
-        ----------
-        a, b : (m,) array of int
-            Indices of observations.
-
-        Returns
-        -------
-        (m,) array
-            Distances, metres.
-
-        Examples
-        --------
-        >>> import numpy as np
-        >>> from lightloc import SolidAngle
-        >>> corners = np.array([[0, 0, 0], [4, 0, 0], [0, 3, 0.0]])
-        >>> SolidAngle(corners).distances(np.array([1]), np.array([2])).tolist()
-        [5.0]
-        """
+        """As of `Surface`: along straight lines."""
         return np.linalg.norm(self.positions[a] - self.positions[b], axis=-1)
 
     def areas(
         self, a: NDArray[np.intp], b: NDArray[np.intp], c: NDArray[np.intp]
     ) -> NDArray[np.float64]:
-        """Solid angles of triples of observations, seen from the centre of all (section 4.4).
-
-        Parameters
-        ----------
-        a, b, c : (m,) array of int
-            Indices of observations.
-
-        Returns
-        -------
-        (m,) array
-            Solid angles, steradians.
-
-        Notes
-        -----
-        Van Oosterom and Strackee's formula.
-
-        Examples
-        --------
-        >>> import numpy as np
-        >>> from lightloc import SolidAngle
-        >>> ends = np.concatenate([np.eye(3), -np.eye(3)])
-        >>> octant = SolidAngle(ends).areas(*np.array([[0], [1], [2]]))
-        >>> bool(np.allclose(octant, 4 * np.pi / 8))
-        True
-        """
+        """As of `Surface`: by van Oosterom and Strackee's formula, steradians."""
         centre = (self.positions.min(axis=0) + self.positions.max(axis=0)) / 2
         u, v, w = (self.positions[i] - centre for i in (a, b, c))
         nu, nv, nw = (np.linalg.norm(x, axis=-1) for x in (u, v, w))

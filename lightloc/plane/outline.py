@@ -390,63 +390,11 @@ class Outline:
         return free
 
     def visible(self, x: Any, p: Any, active: Any = True) -> Any:
-        """Visibility V(x, p) of Eq. 1 between points in free space, as `Geometry` asks for it.
-
-        Walls that nothing inside can see past are not tested, so that a convex room costs nothing.
-
-        Parameters
-        ----------
-        x, p : Array3f
-            Ends of the segments, n Dr.Jit points in metres.
-        active : Bool
-            Which of them to test; all by default.
-
-        Returns
-        -------
-        Bool
-            Whether each segment is free; False where it is not active. The last 0.09 % of the way
-            to p is left out, since p may lie on a surface.
-
-        Examples
-        --------
-        >>> from lightloc import Outline
-        >>> from lightloc.backend import types
-        >>> room = Outline.circle([0, 0], 1).with_occluders(Outline.disc([0, 0], 0.2))
-        >>> Array3f = types().Array3f
-        >>> x, p = Array3f(-0.5, [0.0, 0.5], 0), Array3f(0.5, [0.0, 0.5], 0)
-        >>> list(room.visible(x, p))
-        [False, True]
-        """
+        """As of `Geometry`: whether neither walls nor occluders are between x and p."""
         return is_free(self._in_the_way, x, p) & active
 
     def intersect(self, x: Any, d: Any, active: Any = True) -> tuple[Any, Any]:
-        """First point of the outline along the rays x + t d, t > 0.
-
-        Parameters
-        ----------
-        x : Array3f
-            Where the rays begin, n Dr.Jit points in metres.
-        d : Array3f
-            Where they go, of any length.
-        active : Bool
-            Which of them to follow; all by default.
-
-        Returns
-        -------
-        hit : Bool
-            Whether each ray meets the outline; False where it is not active.
-        y : Array3f
-            Where it does, metres; x where it meets nothing.
-
-        Examples
-        --------
-        >>> from lightloc import Outline
-        >>> from lightloc.backend import types
-        >>> Array3f = types().Array3f
-        >>> hit, y = Outline.circle([0, 0], 1).intersect(Array3f(0, 0, 0), Array3f(0.6, 0.8, 0))
-        >>> hit[0], [round(axis[0], 6) for axis in y]
-        (True, [0.6, 0.8, 0.0])
-        """
+        """As of `Geometry`: in the plane."""
         hit, t = first_hit(self._everything, x, d)
         return hit & active, x + t * d
 

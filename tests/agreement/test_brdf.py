@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from lightloc import BRDF, Conductor, Lambert, Plastic
-from lightloc.brdf.models import evaluate
+from lightloc.brdf.protocol import evaluate
 from render.variant import use_mitsuba
 
 COSINES = np.geomspace(1e-3, 1, 13)

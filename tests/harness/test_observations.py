@@ -19,7 +19,7 @@ from lightloc import (
     PointLights,
     radiance,
 )
-from lightloc.brdf.models import BRDF
+from lightloc.brdf.protocol import BRDF
 
 ARRAYS = ("positions", "normals", "directions", "radiance", "sigma", "facets")
 

@@ -27,8 +27,8 @@ from lightloc import (
     radiance,
 )
 from lightloc.backend import types
-from lightloc.brdf.models import Bounded, evaluate
 from lightloc.brdf.parameters import channels_last
+from lightloc.brdf.protocol import Bounded, evaluate
 from lightloc.fields import field as fields
 from lightloc.fields import limiters
 from lightloc.fields.clusters import LEAF, ROUNDING, SLACK, Clusters, Volumes, bound, kd_order, row

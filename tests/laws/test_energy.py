@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import quad
 
 from lightloc import Conductor, Lambert, Plastic
-from lightloc.brdf.models import evaluate
+from lightloc.brdf.protocol import evaluate
 
 NODES = 512  # an axis: 3 mrad apart, for lobes of 50 mrad and more
 COSINES = [0.05, 0.3, 0.7, 1.0]

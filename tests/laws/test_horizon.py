@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lightloc import Conductor, Lambert, Mixed, Observations, shading, shading_gradient
-from lightloc.brdf.models import evaluate
+from lightloc.brdf.protocol import evaluate
 
 LIGHT = np.array([0.4, -0.3, 1.1])
 

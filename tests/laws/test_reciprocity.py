@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lightloc.brdf.models import evaluate
+from lightloc.brdf.protocol import evaluate
 
 N = 4096
 LEAST_COSINE = 0.01  # dividing by n.l costs eps / (n.l)

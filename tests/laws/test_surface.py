@@ -16,7 +16,7 @@ from scipy.spatial import ConvexHull
 
 import render
 from lightloc import Geodesic, Perimeter, SolidAngle
-from lightloc.paper.surface import NEIGHBOURS
+from lightloc.paper.geodesic import NEIGHBOURS
 from lightloc.paper.voting import icosahedron
 
 KINKS = 1.06  # the median path of a random sampling over the straight line: 1.03 was measured
