@@ -35,46 +35,59 @@ def localize(
     Parameters
     ----------
     observations : Observations
-        What is seen; where they hold interreflected light, it is removed first.
+        What is seen. Interreflected light in it is removed first.
     geometry : Geometry, optional
-        What occludes; None where nothing does.
+        What occludes; nothing does where None.
     method : {"search", "paper"}
-        Ours, or the published one, which takes one channel and a known sigma.
-    bounds : (2, 3) array, optional
-        Corners of the region that may hold lights, in the unit of length; the observations'
-        bounding box where None, which has no height where all lie in one plane, as on a floor.
+        Our own search, or the method as published, which takes one channel and a known sigma.
+    bounds : (2, 3) array_like, optional
+        Lower and upper corner of the region that may hold lights, in the unit of length. Where
+        None, the observations' bounding box; where all of them lie in one plane, as on a floor,
+        that has no height, and lights are sought in the plane alone.
     options : Options or Paper, optional
-        Settings of the method: `Options`, or `Paper` for "paper".
+        Settings of the method: `Options` for "search", `Paper` for "paper"; the defaults where
+        None.
     surface : Surface, optional
-        Distances along the observed surface, used only by "paper". Where None: along the walls of
-        a 2D scene, else shortest paths over neighbouring observations.
-    indirect : int or function, optional
-        Samples per light, with which ``geometry`` renders the interreflected light of the lights
-        found (see `Interreflecting`); or a function that gives it, as `render.interreflected`
-        does. It is then subtracted, and the search repeated, until nothing changes: that holds for
-        any BRDF. Where None, footnote 1 alone removes it, which asks for a largely diffuse room.
+        Distances along the observed surface, for "paper" alone. Where None, they are taken along
+        the walls of a 2D scene, and else over neighbouring observations.
+    indirect : int or callable, optional
+        How the interreflected light of the lights found is rendered, for "search" alone: a number
+        of paths per observation and light, which ``geometry`` then traces (see `Interreflecting`),
+        or a function as `render.interreflected` gives it. What is rendered is subtracted and the
+        search repeated, until the lights no longer move; that works for any BRDF. Where None,
+        interreflected light is gathered from the observations alone, as by `remove_indirect`; that
+        works where the room is largely diffuse.
     seed : int
-        For the sample of observations, the gathering rays and the rendered paths.
-    watch : function, optional
-        Called with each step of the search.
+        Seed of the sample of observations, of the gathering rays and of the rendered paths; same
+        seed, same result.
+    watch : callable, optional
+        Called with each step of the search, as `Localization` keeps it in ``history``.
 
     Returns
     -------
     Localization
-        Arrays over the observations have NaN where `Observations.saturated` left one out.
+        The lights, the brightest first, and how sure they are.
 
     Raises
     ------
     ValueError
-        The bounds are not a box, the method is neither of the two or its options belong to the
-        other, "paper" is given RGB radiance or an unknown sigma, all observations are saturated,
-        or interreflected light is to be removed and there is no geometry to gather it with, the
-        geometry can't render it, or the observations are irradiance.
+        If the method is neither of the two or the options are the other's; if ``bounds`` has
+        another shape, is not finite, or its upper corner is below its lower; if "paper" is given
+        RGB radiance or an unknown sigma; if all observations are saturated; or if interreflected
+        light is to be removed and there is no geometry, the geometry can't render as ``indirect``
+        asks, or the observations are irradiance.
+
+    Notes
+    -----
+    The problem of section 3.1. "paper" is the algorithm of sections 4 and 5; interreflected light
+    is removed as footnote 1 says. ``indirect`` is ours.
 
     Examples
     --------
+    Five hundred points on a floor, and a light somewhere above it:
+
     >>> import numpy as np
-    >>> from lightloc import Lambert, PointLights, radiance
+    >>> from lightloc import Lambert, Observations, PointLights, localize, radiance
     >>> floor = np.random.default_rng(0).uniform(-2, 2, (500, 3)) * [1, 1, 0]
     >>> up = np.tile([0.0, 0.0, 1.0], (500, 1))
     >>> dark = Observations(positions=floor, normals=up, directions=up,

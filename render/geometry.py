@@ -22,19 +22,36 @@ STREAM = 0x1D17EC7
 
 @dataclass(frozen=True)
 class SceneGeometry:
-    """A scene's surfaces as the two questions of `lightloc.Geometry`."""
+    """A scene's surfaces as a `lightloc.Geometry`, which can render light between them too.
+
+    Parameters
+    ----------
+    scene : mitsuba.Scene
+        The scene as Mitsuba has it.
+
+    Examples
+    --------
+    In a box of height 2.5, one point sees another inside it, and none above it:
+
+    >>> from lightloc.backend import types
+    >>> from render import load
+    >>> f = types()
+    >>> inside = load("box_one").geometry
+    >>> inside.visible(f.Array3f(1, 1, 1), f.Array3f(1, 1, [2, 3])).numpy().tolist()
+    [True, False]
+    """
 
     scene: Any = field(repr=False)
 
     def visible(self, x: Any, p: Any, active: Any = True) -> Any:
-        """Whether the open segment from x to p is free; (Array3f, Array3f) -> Bool."""
+        """As of `lightloc.Geometry`; the last 0.09 % before p do not count, as in Mitsuba."""
         d = mi.Vector3f(p - x)
         distance = dr.norm(d)
         ray = mi.Ray3f(mi.Point3f(x), d / distance, distance * (1 - SHADOW_EPSILON), 0, [])
         return ~self.scene.ray_test(ray, mi.Mask(active)) & active
 
     def intersect(self, x: Any, d: Any, active: Any = True) -> tuple[Any, Any]:
-        """First hit of the ray x + t d: (Bool, Array3f)."""
+        """As of `lightloc.Geometry`; y is x where the ray meets nothing."""
         ray = mi.Ray3f(mi.Point3f(x), mi.Vector3f(d))
         hit = self.scene.ray_intersect_preliminary(ray, coherent=False, active=mi.Mask(active))
         return hit.is_valid() & active, ray(dr.select(hit.is_valid(), hit.t, 0))
@@ -42,31 +59,10 @@ class SceneGeometry:
     def interreflection(
         self, positions: ArrayLike, observations: Observations, samples: int = 256, seed: int = 0
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Interreflected radiance of a light of intensity 1 at each of (k, 3) positions.
+        """As of `lightloc.Interreflecting`: paths that Mitsuba traces, so that any BSDF serves.
 
-        Parameters
-        ----------
-        positions : (k, 3) array
-            In the unit of length.
-        observations : Observations
-            Where it is seen from, and what.
-        samples : int
-            Paths per observation and light.
-        seed : int
-            Of the paths. The i-th light has the same ones in every call, wherever it is, so that
-            the result moves with the light and not with chance.
-
-        Returns
-        -------
-        H, error : (n, k, c) arrays
-            ``H @ intensities`` is the interreflected radiance of lights there, m^-2 sr^-1 per
-            W/sr; its standard error, independent from light to light and of those of
-            ``observations``.
-
-        Raises
-        ------
-        ValueError
-            There are fewer than two samples, or the observations are irradiance.
+        The errors are independent of those of the observations. Raises ValueError where there are
+        fewer than two samples, the observations are irradiance, or a position is not finite.
         """
         q = observations
         if samples < 2:

@@ -16,7 +16,7 @@ Columns = tuple[NDArray[np.float64], NDArray[np.float64]]
 def interreflected(
     room: Room, q: Observations, *, spp: int = 256, seed: int = 0
 ) -> Callable[[ArrayLike], Columns]:
-    """How much light arrives at ``q`` by way of the room's surfaces: a function of positions.
+    """Make a function of positions that renders what lights there bring by way of the surfaces.
 
     Handed to `lightloc.localize` as ``indirect``, it stands for the whole room: its surfaces and
     BRDFs, never its lights.
@@ -24,32 +24,32 @@ def interreflected(
     Parameters
     ----------
     room : Room
-        Its own lights are not used.
+        The room; its own lights are not used.
     q : Observations
-        Where to look at it from, and at what.
+        The n observations: what is seen, and from where.
     spp : int
-        Path samples per point and light.
+        Path samples per point and light, at least 2.
     seed : int
-        Of the paths. Each light has the same ones in every call, wherever it is, so that the
+        Seed of the paths. Each light has the same ones in every call, wherever it is, so that the
         result moves with the light and not with chance.
 
     Returns
     -------
-    function
-        From (k, 3) positions to H and its standard error, each (n, k, c), in m^-2 sr^-1 per W/sr:
-        ``H @ intensities`` is the interreflected radiance of lights there. The errors of different
-        lights are independent of each other and of those of ``q``.
+    callable
+        From (k, 3) positions, in the unit of length, to H and its standard error, each an (n, k, c)
+        array, as of `lightloc.Interreflecting.interreflection`. Where the observations are
+        irradiance, it raises a ValueError.
 
     Raises
     ------
     ValueError
-        spp is below 2, or ``q`` are irradiance.
+        If ``spp`` is below 2.
 
     Examples
     --------
-    >>> import lightloc, render
-    >>> room = render.load("box_one")
-    >>> q = render.observe(room, points=64, seed=0, transport="direct")
+    >>> from render import interreflected, load, observe
+    >>> room = load("box_one")
+    >>> q = observe(room, points=64, seed=0, transport="direct")
     >>> H, error = interreflected(room, q, spp=16)(room.lights.positions)
     >>> H.shape, bool((error > 0).all())
     ((64, 1, 1), True)

@@ -30,30 +30,51 @@ def observe(
     shapes: Sequence[str] | None = None,
     watch: Callable[[float], None] = lambda share: None,
 ) -> Observations:
-    """Sample the room's surfaces by area and measure B(q) at each point.
+    """Sample points of the room's surfaces by area, and measure B(q) at each.
 
     Parameters
     ----------
+    room : Room
+        The room, lit by its own lights.
     points : int
-        How many observations.
+        Number of observations.
     spp : int
-        Path samples per point for the indirect part (``transport="full"``).
+        Path samples per point for the indirect part (``transport="full"``), at least 2.
     seed : int
-        Of everything random here; same seed, same bytes, for any number of threads.
-    transport : Transport
+        Seed of everything random here; same seed, same bytes, for any number of threads.
+    transport : {"full", "direct"}
         "direct" is exact, light by light; "full" adds all interreflection.
     noise : float
-        K of section 6.1: Gaussian noise of k sqrt(B mean(B)) on top (with mean(B) the
-        unit, so that it does not depend on the unit of radiance).
-    shapes : Sequence[str] | None
+        The k of section 6.1, at least 0 and below 1: Gaussian noise of standard deviation
+        k sqrt(B mean(B)) is added. The paper has k sqrt(B); with the mean, what k means does not
+        depend on the unit of radiance.
+    shapes : sequence of str, optional
         Ids of the shapes to sample; all of them where None.
-    watch : Callable[[float], None]
-        Is told the share that is done, while paths are traced.
+    watch : callable, optional
+        Called with the share that is done, 0 to 1, while paths are traced.
+
+    Returns
+    -------
+    Observations
+        The n = ``points`` observations, with one channel where lights and BRDFs are grey; radiance
+        and its standard error in W sr^-1 m^-2, positions in the scene's unit of length.
 
     Raises
     ------
     ValueError
-        An argument is out of range, a shape is unknown, or no point can be seen.
+        If an argument is out of range, a shape is unknown, or too few points can be seen.
+
+    Examples
+    --------
+    What is seen of direct light is B = sum I S of Eq. 4:
+
+    >>> import numpy as np
+    >>> from lightloc import radiance
+    >>> from render import load, observe
+    >>> room = load("box_one")
+    >>> q = observe(room, points=16, transport="direct")
+    >>> bool(np.allclose(radiance(q, room.lights, room.geometry), q.radiance, rtol=1e-4))
+    True
     """
     if points < 1 or spp < 2 or not 0 <= noise < 1 or transport not in ("direct", "full"):
         raise ValueError(
@@ -71,9 +92,42 @@ def observe(
 
 
 def remeasure(room: Room, q: Observations, *, spp: int = 256, seed: int = 0) -> Observations:
-    """B at the points and directions of ``q`` in a room that is lit otherwise, without noise.
+    """Measure B again, at the points and directions of ``q``, in a room that is lit otherwise.
 
-    Raises ValueError where the lights have colours and ``q`` is grey.
+    Parameters
+    ----------
+    room : Room
+        The room, lit by its own lights.
+    q : Observations
+        Observations of the same surfaces.
+    spp : int
+        Path samples per point for the indirect part, where ``q`` holds interreflected light.
+    seed : int
+        Seed of those paths.
+
+    Returns
+    -------
+    Observations
+        The points of ``q`` with new radiance and its standard error, W sr^-1 m^-2. No noise is
+        added, whatever ``q`` had.
+
+    Raises
+    ------
+    ValueError
+        If the lights have colours and ``q`` is grey.
+
+    Examples
+    --------
+    Twice the light leaves twice the radiance:
+
+    >>> import numpy as np
+    >>> from lightloc import PointLights
+    >>> from render import load, observe, relight, remeasure
+    >>> room = load("box_one")
+    >>> q = observe(room, points=16, transport="direct")
+    >>> lights = PointLights(room.lights.positions, 2 * room.lights.intensities)
+    >>> bool(np.allclose(remeasure(relight(room, lights), q).radiance, 2 * q.radiance))
+    True
     """
     if room.lights.channels > q.channels:
         raise ValueError("grey observations can't be measured again under coloured lights")
@@ -88,7 +142,10 @@ def remeasure(room: Room, q: Observations, *, spp: int = 256, seed: int = 0) -> 
 def observations(
     si: Any, B: NDArray, sigma: NDArray, room: Room, interreflected: bool = False
 ) -> Observations:
-    """Observations at surface interactions, grey where lights and materials are."""
+    """Observations at n surface interactions, grey where lights and materials are.
+
+    ``B`` and ``sigma`` are (n, 3), W sr^-1 m^-2.
+    """
     material = material_at(si)
     regions, names = regions_at(si)
     if room.lights.channels == 1 and material.channels == 1:
@@ -124,7 +181,30 @@ def add_noise(q: Observations, k: float, seed: int) -> Observations:
 
 
 def attach(q: Observations, room: Room) -> Observations:
-    """Give observations read from a file the BSDFs that only their scene has."""
+    """Give observations that were read from a file the BSDFs that only their scene has.
+
+    Parameters
+    ----------
+    q : Observations
+        From `lightloc.Observations.load`.
+    room : Room
+        The room that they were observed in.
+
+    Returns
+    -------
+    Observations
+        The same with the room's BRDFs, or as they are where their file had them all.
+
+    Examples
+    --------
+    A diffuse room's file has all of them:
+
+    >>> from render import attach, load, observe
+    >>> room = load("box_one")
+    >>> q = observe(room, points=16, transport="direct")
+    >>> attach(q, room) is q
+    True
+    """
     parts = q.material.brdfs if isinstance(q.material, Mixed) else (q.material,)
     if not any(isinstance(part, SceneMaterial) for part in parts):
         return q

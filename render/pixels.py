@@ -37,7 +37,7 @@ def observe_view(
     -------
     Observations
         Those of the pixels in `View.used`, with one channel where radiance and BRDFs are grey;
-        radiance and its standard error in W sr^-1 m^-2.
+        radiance and its standard error in W sr^-1 m^-2, positions in the scene's unit of length.
 
     Raises
     ------
@@ -99,8 +99,10 @@ def _from_layers(name: str, view: View) -> BRDF:
 def _from_room(
     name: str, view: View, room: Room, w: NDArray
 ) -> tuple[BRDF, tuple[NDArray[np.intp], tuple[str, ...]]]:
-    """The room's BRDFs at the view's points and the regions that share one, once it is sure that
-    the view shows this room."""
+    """The room's BRDFs at the view's n points, and the regions that share one.
+
+    ``w`` (n, 3) are the ways from there to the camera. Refuses a room that the view does not show.
+    """
     x = view.position[view.used].astype(float)
     si = probe(room.scene, x, w / np.linalg.norm(w, axis=1, keepdims=True))
     off = np.linalg.norm(np.array(si.p, float).T - x, axis=1)

@@ -25,7 +25,32 @@ NOT_FINITE = ("nan", "inf", "infinity")
 
 @dataclass(frozen=True)
 class Room:
-    """A loaded scene: what a search may know (geometry) and what it must find (lights)."""
+    """A loaded scene: what a search may know (geometry) and what it must find (lights).
+
+    Made by `load` and `relight`.
+
+    Parameters
+    ----------
+    name : str
+        The file's name without ``.xml``.
+    path : Path
+        The file.
+    parameters : mapping of str to value
+        Values that the scene's own ``<default>`` names were given.
+    scene : mitsuba.Scene
+        The scene as Mitsuba has it.
+    lights : PointLights
+        Its lights: positions in the scene's unit of length, intensities in W/sr.
+    geometry : SceneGeometry
+        Its surfaces.
+
+    Examples
+    --------
+    >>> from render import load
+    >>> room = load("box_one")
+    >>> room.name, len(room.lights), room.bounds[1].tolist()
+    ('box_one', 1, [4.0, 3.0, 2.5])
+    """
 
     name: str
     path: Path
@@ -36,17 +61,29 @@ class Room:
 
     @property
     def diagonal(self) -> float:
-        """Length of the diagonal of the scene's bounding box, metres."""
+        """Length of the diagonal of the surfaces' box, in the scene's unit of length."""
         return diagonal_of(self.scene)
 
     @property
     def bounds(self) -> np.ndarray:
-        """(2, 3) corners of the surfaces' bounding box, metres."""
+        """(2, 3) lower and upper corner of the surfaces' box, in the scene's unit of length."""
         return bounds_of(self.scene)
 
 
 def standard_scenes() -> list[str]:
-    """Names of the scenes that come with the package."""
+    """List the scenes that come with the package.
+
+    Returns
+    -------
+    list of str
+        Their names in alphabetical order, as `load` takes them.
+
+    Examples
+    --------
+    >>> from render import standard_scenes
+    >>> "box_one" in standard_scenes()
+    True
+    """
     files = importlib.resources.files("scenes").iterdir()
     return sorted(file.name[:-4] for file in files if file.name.endswith(".xml"))
 
@@ -72,18 +109,26 @@ def load(path: str | Path, **parameters: Any) -> Room:
 
     Parameters
     ----------
-    path : Path
+    path : str or Path
         An XML file, or the name of a standard scene.
-    parameters : Mapping[str, Any]
+    **parameters : str, float, int or bool
         Values for the scene's own ``<default>`` names, as ``alpha=0.2``.
+
+    Returns
+    -------
+    Room
+        The scene, its lights, and its surfaces as a geometry.
 
     Raises
     ------
     ValueError
-        One sentence naming the file and what is wrong with it: it can't be read,
-        a parameter is unknown, it has no point emitter or another kind of emitter, an
-        intensity is negative or not finite, it has no surface, or a mesh is broken.
+        If there is no such file or it can't be read, a parameter is unknown or not finite, the
+        scene has no point emitter or one of another kind, an intensity is negative or not finite,
+        or there is no surface or a broken mesh; the message names the file.
 
+    Examples
+    --------
+    >>> from render import load
     >>> load("box_one").lights.channels
     1
     """
@@ -108,13 +153,57 @@ def load(path: str | Path, **parameters: Any) -> Room:
 
 
 def relight(room: Room, lights: PointLights) -> Room:
-    """The same room lit by other point lights; its sensors and surfaces are shared."""
+    """Light a room by other point lights.
+
+    Parameters
+    ----------
+    room : Room
+        The room; it is left as it is.
+    lights : PointLights
+        The new lights: positions in the scene's unit of length, intensities in W/sr.
+
+    Returns
+    -------
+    Room
+        The same room with those lights alone, sharing sensors and surfaces.
+
+    Examples
+    --------
+    >>> from lightloc import PointLights
+    >>> from render import load, relight
+    >>> relight(load("box_one"), PointLights([[1, 1, 2]], [5.0])).lights.intensities.tolist()
+    [[5.0]]
+    """
     scene = lit(room.scene, lights)
     return Room(room.name, room.path, room.parameters, scene, lights, SceneGeometry(scene))
 
 
 def triangles(room: Room) -> tuple[np.ndarray, np.ndarray]:
-    """All surfaces as triangles: vertices (v, 3) in metres, faces (f, 3)."""
+    """Cut all surfaces into triangles, for pictures.
+
+    Meshes and rectangles stay as they are; other shapes are curved, and approximated.
+
+    Parameters
+    ----------
+    room : Room
+        The room.
+
+    Returns
+    -------
+    vertices : (v, 3) array
+        Positions, in the scene's unit of length.
+    faces : (f, 3) array of int
+        Indices of the vertices of each triangle.
+
+    Examples
+    --------
+    A box has six sides, each of two triangles:
+
+    >>> from render import load, triangles
+    >>> vertices, faces = triangles(load("box_one"))
+    >>> vertices.shape, faces.shape
+    ((24, 3), (12, 3))
+    """
     vertices, faces, first = [], [], 0
     for shape in room.scene.shapes():
         mesh = shape if shape.is_mesh() else None
@@ -131,7 +220,7 @@ def triangles(room: Room) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _tessellated(shape: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Triangles over the (u, v) square of a shape that keeps no vertices."""
+    """(v, 3) vertices and (f, 3) triangles over the (u, v) square of a shape that keeps none."""
     n = 2 if "Rectangle" in shape.class_name() else TESSELLATION
     u, v = np.meshgrid(np.linspace(0, 1, n), np.linspace(0, 1, n))
     uv = mi.Point2f(np.stack([u.ravel(), v.ravel()]).clip(1e-4, 1 - 1e-4))

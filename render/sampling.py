@@ -20,7 +20,11 @@ ROUNDS = 64  # attempts at placing points before a scene counts as unobservable
 def viewed_points(
     room: Room, count: int, rng: np.random.Generator, shapes: Sequence[str] | None
 ) -> tuple[NDArray, NDArray]:
-    """Points by area over the shapes, each with a direction from which it is really seen."""
+    """Points by area over the shapes, each with a direction from which it is really seen.
+
+    Both are (n, 3), with n = ``count``: positions in the scene's unit of length, and unit vectors.
+    Raises ValueError where a shape is unknown or too few points are seen.
+    """
     chosen = _choose(room, shapes)
     areas = np.array([float(np.array(shape.surface_area()).ravel()[0]) for shape in chosen])
     points, views = np.zeros((0, 3)), np.zeros((0, 3))
@@ -41,7 +45,10 @@ def viewed_points(
 
 
 def _seen(room: Room, shape: Any, uv: NDArray, disc: NDArray) -> tuple[NDArray, NDArray]:
-    """Of sampled points of one shape, those with a cosine-distributed view that is free."""
+    """Of sampled points of one shape, those with a cosine-distributed view that is free.
+
+    They are sampled by ``uv`` and their views by ``disc``, each (2, m) in 0..1.
+    """
     on = shape.sample_position(0, mi.Point2f(uv))
     side = mi.Vector3f(on.n)
     if "TwoSided" in shape.bsdf().class_name():  # look from the side that faces the room

@@ -21,7 +21,7 @@ FACING = 0.1  # of the diagonal: how far apart opposite normals count as
 
 
 def bounds_of(scene: Any) -> NDArray[np.float64]:
-    """(2, 3) corners of the surfaces' bounding box."""
+    """(2, 3) lower and upper corner of the surfaces' box, in the scene's unit of length."""
     boxes = [shape.bbox() for shape in scene.shapes()]
     return np.array(
         [
@@ -47,9 +47,9 @@ def probe(scene: Any, x: NDArray, w: NDArray) -> Any:
 
 
 def direct(scene: Any, si: Any) -> NDArray[np.float64]:
-    """Direct radiance at interactions, exact: Mitsuba's emitters, shadow rays and BSDFs.
+    """(n, 3) direct radiance at interactions, W sr^-1 m^-2.
 
-    Returns (n, 3) W sr^-1 m^-2.
+    Exact, by Mitsuba's emitters, shadow rays and BSDFs.
     """
     context, bsdf = mi.BSDFContext(), si.bsdf()
     total = mi.Color3f(0)
@@ -67,7 +67,7 @@ def indirect(
     seed: int,
     watch: Callable[[float], None] = lambda share: None,
 ) -> tuple[NDArray, NDArray]:
-    """Interreflected radiance at interactions, and its standard error, each (n, 3).
+    """Interreflected radiance at interactions, and its standard error, (n, 3) W sr^-1 m^-2 each.
 
     One BSDF-sampled bounce by hand, then Mitsuba's path integrator from there: what arrives
     straight from the lights is left to `direct`, which needs no samples.
@@ -100,8 +100,10 @@ def indirect(
 
 
 def _pooled(error: NDArray, si: Any, diagonal: float) -> NDArray[np.float64]:
-    """Root mean square of the standard errors over points of one BSDF that lie nearby and face
-    alike; of diffuse ones as a share of their albedo, which may be a texture's.
+    """(n, 3) root mean square of the standard errors over points that are alike.
+
+    These have one BSDF, lie nearby and face alike. Of diffuse ones it is taken as a share of their
+    albedo, which may be a texture's.
 
     A point's own estimate rises and falls with its samples: a fit weighted by it trusts low
     values most, which pulled intensities down by 2 to 5 % (measured, 256 spp).
@@ -120,4 +122,5 @@ def _pooled(error: NDArray, si: Any, diagonal: float) -> NDArray[np.float64]:
 
 
 def to_numpy(v: Any) -> NDArray[np.float64]:
+    """Dr.Jit's or Mitsuba's vectors as an (n, 3) array."""
     return np.array(v, dtype=np.float64).T

@@ -12,14 +12,28 @@ from lightloc.given import PointLights
 
 
 class NoiseLaw(Enum):
-    """Where the standard errors came from; the value is the sentence that a user reads."""
+    """Where the standard errors came from; the value is the sentence that a user reads.
+
+    Examples
+    --------
+    >>> from lightloc import NoiseLaw
+    >>> NoiseLaw.GIVEN.value
+    'the standard errors as given'
+    """
 
     GIVEN = "the standard errors as given"
     ESTIMATED = "the standard errors as given, or those of shot noise, times an estimated factor"
 
 
 class Assumption(Enum):
-    """What the answer takes for granted and the observations were not asked about."""
+    """What an answer takes for granted; the value is the sentence that a user reads.
+
+    Examples
+    --------
+    >>> from lightloc import Assumption
+    >>> Assumption.MATERIALS.value
+    'the BRDFs are as given'
+    """
 
     ISOTROPIC = "each light shines alike in all directions"
     MATERIALS = "the BRDFs are as given"
@@ -28,7 +42,14 @@ class Assumption(Enum):
 
 
 class Way(Enum):
-    """How interreflected light was treated."""
+    """How interreflected light was treated; the value is the sentence that a user reads.
+
+    Examples
+    --------
+    >>> from lightloc import Way
+    >>> Way.DIRECT.value
+    'the observations hold none'
+    """
 
     DIRECT = "the observations hold none"
     GATHERED = "gathered from the observations and subtracted (footnote 1)"
@@ -44,11 +65,20 @@ class Noise:
     law : NoiseLaw
         Where the standard errors came from.
     scale : float
-        Factor on those that were given or presumed; 1 where they hold as given.
+        The factor on standard errors that were given, or presumed where none were; 1 where they
+        were taken as given.
     scale_error : float
-        Its standard error; 0 where nothing was estimated.
+        Standard error of that factor; 0 where it was not estimated.
     outliers : (n, c) array of bool
-        Residuals beyond the robust loss's scale.
+        Which residuals lie beyond `Options.outlier` standard errors, in magnitude.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from lightloc import Noise, NoiseLaw
+    >>> far = np.array([[False], [False], [True], [False]])
+    >>> Noise(NoiseLaw.ESTIMATED, scale=1.2, scale_error=0.1, outliers=far).share
+    0.25
     """
 
     law: NoiseLaw
@@ -58,7 +88,7 @@ class Noise:
 
     @property
     def share(self) -> float:
-        """Of the residuals: how many are outliers."""
+        """The share of the residuals that are outliers, 0 to 1."""
         return float(self.outliers.mean())
 
 
@@ -71,11 +101,18 @@ class Count:
     lights : PointLights
         The best that were found, over the observations that the search looks at first.
     chi2 : float
-        Per residual.
+        The robust chi-square that they leave, per residual.
     likely : float
         How likely that number is beside the likeliest, if the model and the standard errors are
         right: ``exp(-d / 2)`` with d the difference in chi-square, each light being charged what
         it must gain.
+
+    Examples
+    --------
+    >>> from lightloc import Count, PointLights
+    >>> one = Count(PointLights([[0, 0, 2]], [10.0]), chi2=1.02, likely=1.0)
+    >>> len(one.lights)
+    1
     """
 
     lights: PointLights

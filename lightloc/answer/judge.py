@@ -53,7 +53,11 @@ def localization(
     verdicts: tuple[Verdict, ...] = (),
     counts: tuple[Count, ...] = (),
 ) -> Localization:
-    """The answer in the form that both methods give it; ``points`` stand for wide lights."""
+    """The answer in the form that both methods give it; ``points`` stand for wide lights.
+
+    Of k lights, ``resolution`` and ``width`` are (k,), in the unit of length; where None, the one
+    was not asked and the other is 0.
+    """
     lights = fit.lights
     top, _ = intensity_distance(q, lights.positions, problem.geometry, margin=MARGIN)
     ambient = np.zeros(q.channels)

@@ -17,7 +17,14 @@ from lightloc.given import PointLights
 
 
 class Reason(Enum):
-    """Why a search stopped; the value is the sentence that a user reads."""
+    """Why a search stopped; the value is the sentence that a user reads.
+
+    Examples
+    --------
+    >>> from lightloc import Reason
+    >>> Reason.NO_VOTES.value
+    'The published method failed: no position has a vote.'
+    """
 
     CONVERGED = "The lights explain every observation to within its error."
     UNDECIDED = "The observations can't decide all that was asked; the verdicts say what."
@@ -38,13 +45,15 @@ class Step:
     Parameters
     ----------
     action : str
-        What was done, as a reader meets it.
+        What was done, as a user reads it.
     lights : int
-        How many there were then.
+        How many lights there were then.
     chi2 : float
-        Per residual; of the published method its own measure, the mean squared error of B.
+        Chi-square per residual; in steps of the published method its own measure, the mean squared
+        error of B, (W sr^-1 m^-2)^2.
     turn : int, optional
-        The published method's iteration, or the round of rendering; None of other steps.
+        Number of the published method's iteration, or of the round of rendering; None of other
+        steps.
     """
 
     action: str
@@ -55,48 +64,54 @@ class Step:
 
 @dataclass(frozen=True, eq=False)
 class Localization:
-    """What `localize` found.
+    """What `localize` found: the lights, how sure they are, and why the search stopped.
 
-    Attributes
+    Printed, it says that in sentences.
+
+    Parameters
     ----------
     lights : PointLights
-        Brightest first, as the search in direct light left them.
+        The k lights, the brightest first.
     position_error : (k, 3) array
-        Standard errors, in the unit of length.
+        Standard errors of the positions, in the unit of length; 0 along an axis that is not free.
     intensity_error : (k, c) array
-        Standard errors, W/sr.
+        Standard errors of the intensities, W/sr.
     covariance : (m, m) array
-        Over the free coordinates of each light, then the intensities.
+        Covariance of the free coordinates of each light, in the unit of length, then of the
+        intensities, W/sr.
     bound : (k, c) array
-        D(p) at each light, W/sr: no light there can be brighter (Eq. 6).
+        D(p) of Eq. 6 at each light, W/sr, with B raised by three standard errors: the most that a
+        light there can have.
     residual : (n, c) array
-        (B - model) / sigma at the observations; NaN where an observation was left out.
+        (B - model) / sigma at the n observations. Here and in ``direct`` and ``sigma``, NaN where
+        `Observations.saturated` left one out.
     direct : (n, c) array
-        The direct radiance that was explained, after removal of indirect light.
+        Radiance without interreflected light, W sr^-1 m^-2.
     sigma : (n, c) array
-        The standard errors used, with those of the removal.
+        Standard errors of ``direct`` as used, W sr^-1 m^-2, those of the removal included.
     inseparable : tuple of (int, int)
-        Pairs of lights that the data can't tell apart.
+        Pairs of lights that the data can't tell apart, by their indices.
     resolution : (k,) array
-        Unit of length; two lights nearer to each other than that would look like this one. NaN
-        where it was not asked, and for a light that has a width.
+        Two lights nearer to each other than that would look like this one, in the unit of length;
+        infinite where nothing tells. NaN where it was not asked, and for a light that has a width.
     width : (k,) array
-        Unit of length; 0 for a point. Where the data show a light of some width, or several so
-        close together that they can't be told from one: two equal points so far apart look the
-        same. The residual is that of lights so wide.
+        How wide each light is, in the unit of length; 0 for a point. A light of some width and
+        several lights close together can't be told apart: two equal points so far apart look the
+        same. ``residual`` is what lights of that width leave.
     certificate : float
         The largest normalized correlation of the residual with a further light anywhere in the
         region, in standard errors: about 4 by chance alone. NaN where it was not asked.
     ambient : (c,) array
-        Radiance of the constant ambient term, 0 where none was fitted (section 6.3).
+        Radiance of the constant ambient term (section 6.3), W sr^-1 m^-2; 0 where none was fitted.
     verdicts : tuple of Verdict
         What the data can't decide.
     chi2 : float
-        Robust chi-square per residual, over all; about 1 where the model is right.
+        Robust chi-square per residual, over all of them; about 1 where the model is right.
     reason : Reason
         Why the search stopped.
     history : tuple of Step
-        The steps of the search.
+        The steps of the search: each has an ``action``, a number of ``lights``, ``chi2`` per
+        residual (of "paper", the mean squared error of B), and the ``turn`` of what goes in rounds.
     noise : Noise
         What was taken for noise.
     counts : tuple of Count
@@ -108,7 +123,22 @@ class Localization:
     way : Way
         How interreflected light was treated.
     unit : str
-        The unit of length of all positions.
+        The unit of length.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from lightloc import Lambert, Observations, PointLights, localize, radiance
+    >>> floor = np.random.default_rng(0).uniform(-1, 1, (100, 3)) * [1, 1, 0]
+    >>> up = np.tile([0, 0, 1], (100, 1))
+    >>> q = Observations(positions=floor, normals=up, directions=up, radiance=np.zeros(100),
+    ...                  material=Lambert(albedo=0.5))
+    >>> B = radiance(q, PointLights([[0.2, 0.1, 0.5]], [10.0]))
+    >>> q = q.with_radiance(B, sigma=0.001 * B.max())
+    >>> found = localize(q, bounds=[[-1, -1, 0.1], [1, 1, 1]])
+    >>> print(found)
+    1 light(s). The lights explain every observation to within its error.
+      (0.2000 ± 0.0002, 0.1000 ± 0.0002, 0.5000 ± 0.0002) m   10.0000 ± 0.006 W/sr
     """
 
     lights: PointLights
@@ -137,18 +167,31 @@ class Localization:
 
     @property
     def outliers(self) -> int:
-        """How many residuals lie beyond the robust loss's scale."""
+        """The number of residuals that lie beyond `Options.outlier` standard errors."""
         return int(self.noise.outliers.sum())
 
     def to_dict(self) -> dict[str, Any]:
-        """The answer without what it says of each observation, as JSON has it.
+        """Put the answer, but for what it says of each observation, into values that JSON has.
 
         Returns
         -------
         dict
-            ``format``, ``unit``, ``lights`` (a dict each, which `PointLights.load` reads),
-            ``reason``, ``verdicts``, ``chi2``, ``certificate``, ``ambient``, ``noise``,
-            ``counts``, ``relative``, ``assumed`` and ``way``; None where a number is unknown.
+            ``format``, ``unit``, ``lights`` (a dict each; `PointLights.load` reads them from a
+            file), ``reason``, ``verdicts``, ``chi2``, ``certificate``, ``ambient``, ``noise``,
+            ``counts``, ``relative``, ``assumed`` and ``way``. Members of enumerations go by their
+            names. None stands for a number that is infinite or NaN.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from lightloc import Irradiance, Observations, PointLights, localize, radiance
+        >>> x = np.random.default_rng(0).uniform(-1, 1, (100, 3)) * [1, 1, 0]
+        >>> q = Observations(positions=x, normals=[[0, 0, 1]] * 100, radiance=np.zeros(100),
+        ...                  material=Irradiance())
+        >>> q = q.with_radiance(radiance(q, PointLights([[0.2, 0.1, 0.5]], [10.0])), sigma=0.01)
+        >>> answer = localize(q, bounds=[[-1, -1, 0.1], [1, 1, 1]]).to_dict()
+        >>> answer["reason"], len(answer["lights"]), answer["unit"]
+        ('CONVERGED', 1, 'm')
         """
         return plain(vars(self))
 
@@ -157,13 +200,27 @@ class Localization:
 
         Parameters
         ----------
-        path : path
+        path : str or Path
             The file to be written.
 
         Raises
         ------
         OSError
-            The folder is missing or can't be written to.
+            If the folder is missing or can't be written to.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> import numpy as np
+        >>> from lightloc import Irradiance, Localization, Observations, localize
+        >>> x = np.random.default_rng(0).uniform(-1, 1, (100, 3)) * [1, 1, 0]
+        >>> q = Observations(positions=x, normals=[[0, 0, 1]] * 100, radiance=np.zeros(100),
+        ...                  sigma=0.01, material=Irradiance())
+        >>> found = localize(q, bounds=[[-1, -1, 0.1], [1, 1, 1]])
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     found.save(f"{folder}/found.npz")
+        ...     print(Localization.load(f"{folder}/found.npz"))
+        0 light(s). No light explains these observations better than darkness, which explains them.
         """
         write(vars(self), path)
 
@@ -173,20 +230,23 @@ class Localization:
 
         Parameters
         ----------
-        path : path
+        path : str or Path
             The file.
 
         Returns
         -------
         Localization
+            What was saved.
 
         Raises
         ------
         ValueError
-            Names the file and the field: there is none, it is broken, or of another format.
+            If there is no such file, it is broken or of another format, or a field is missing or
+            unknown; the message names the file.
 
         Examples
         --------
+        >>> from lightloc import Localization
         >>> Localization.load("nowhere.npz")
         Traceback (most recent call last):
             ...

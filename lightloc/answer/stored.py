@@ -65,8 +65,10 @@ def plain(found: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def known(value: Any) -> Any:
-    """Numbers as JSON has them: no infinity, and nothing that is no number.
+    """Numbers, or an array of any shape, as JSON has them: None where one is not finite.
 
+    Examples
+    --------
     >>> known(np.array([1.5, np.nan]))
     [1.5, None]
     """
@@ -99,7 +101,8 @@ def write(found: Mapping[str, Any], path: str | Path) -> None:
 def read(path: str | Path) -> dict[str, Any]:
     """What `write` wrote; of the reason and the steps, their plain values.
 
-    Raises ValueError naming the file, and the field where one is missing or unknown.
+    Raises ValueError naming the file where it is missing, broken or of another format, and KeyError
+    where a field is missing or unknown.
     """
     keys = archive(path, "localization", (FORMAT,))
 

@@ -26,7 +26,14 @@ Z95 = 1.96
 
 
 class Kind(Enum):
-    """What cannot be told; the value is what that means."""
+    """What can't be told; the value is what that means.
+
+    Examples
+    --------
+    >>> from lightloc import Kind
+    >>> Kind.MIRROR.value
+    'the mirror image of a light would look the same'
+    """
 
     TOO_FEW = "fewer observations are lit than there are unknowns"
     UNEXPLAINED = "the model does not explain the data"
@@ -43,12 +50,22 @@ DECISIVE = frozenset({Kind.TOO_FEW, Kind.UNCERTAIN, Kind.MIRROR})
 
 @dataclass(frozen=True)
 class Verdict:
-    """One thing that the data cannot decide.
+    """One thing that the data can't decide.
 
-    Args:
-        kind: what sort of thing.
-        lights: indices of the lights that it is about; none where it is about the region.
-        sentence: what a user reads.
+    Parameters
+    ----------
+    kind : Kind
+        What sort of thing.
+    lights : tuple of int
+        Indices of the lights that it is about; none where it is about the model or the region.
+    sentence : str
+        What a user reads.
+
+    Examples
+    --------
+    >>> from lightloc import Kind, Verdict
+    >>> Verdict(Kind.CLUSTER, (0, 1), "Lights 0 and 1 can't be told apart.").kind.value
+    'what was found as one light may be several, or several may be one'
     """
 
     kind: Kind
@@ -106,7 +123,7 @@ def clusters(
 
 
 def spread_out(width: NDArray[np.float64], unit: str) -> list[Verdict]:
-    """Lights that have a width."""
+    """Lights that have a width, of which (k,) say how wide each is, 0 for a point."""
     return [
         Verdict(
             Kind.EXTENDED,
@@ -153,8 +170,8 @@ def hidden(
     A cell that reaches no observation is inside a solid or outside the room, unless a way through
     such cells leads from it to one that does: each step of the way is a ray test.
 
-    Args:
-        dark: (g,) whether a light in the cell would reach no observation.
+    ``dark`` is (g,), whether a light in the cell would reach no observation; ``axes`` (d,) are the
+    coordinates that lights may move along.
     """
     if dark.all():
         said = (

@@ -19,11 +19,13 @@ class Irradiance(Lambert):
 
     Examples
     --------
+    A light of intensity I straight above, at a distance d, brings I / d^2:
+
     >>> import numpy as np
-    >>> from lightloc import Observations, PointLights, radiance
+    >>> from lightloc import Irradiance, Observations, PointLights, radiance
     >>> meter = Observations(positions=[[0, 0, 0]], normals=[[0, 0, 1]], radiance=[0.0],
     ...                      material=Irradiance())
-    >>> E = radiance(meter, PointLights([[0, 0, 2]], [8.0]))  # I / d^2
+    >>> E = radiance(meter, PointLights([[0, 0, 2]], [8.0]))
     >>> bool(np.isclose(E[0, 0], 2.0))
     True
     """

@@ -36,8 +36,10 @@ class Rows:
 
 
 def rows_of(material: BRDF, rows: NDArray[np.intp], n: int) -> BRDF:
-    """The material of some of n points, by their indices.
+    """The material of some of n points, by their (m,) indices.
 
+    Examples
+    --------
     >>> from lightloc.brdf import Lambert
     >>> rows_of(Lambert(albedo=[0.1, 0.2, 0.4, 0.8]), np.array([3, 0]), 4).albedo.ravel().tolist()
     [0.8, 0.1]

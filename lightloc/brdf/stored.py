@@ -31,6 +31,10 @@ class SceneMaterial:
 def stored(prefix: str, material: BRDF) -> dict[str, NDArray[Any]]:
     """A material as arrays: its type's name under ``prefix``, parameters under ``prefix.NAME``.
 
+    The name has the shape (), a parameter the shape that its material keeps: (1 or n, 1 or 3).
+
+    Examples
+    --------
     >>> sorted(stored("material", Lambert(albedo=0.5)))
     ['material', 'material.albedo']
     """
@@ -49,8 +53,12 @@ def stored(prefix: str, material: BRDF) -> dict[str, NDArray[Any]]:
 
 
 def restored(prefix: str, keys: Mapping[str, NDArray[Any]]) -> BRDF:
-    """What `stored` made arrays of; raises KeyError or ValueError where they are none.
+    """The material that `stored` made arrays of, each of the shape that it gave.
 
+    Raises KeyError or ValueError where they are no material.
+
+    Examples
+    --------
     >>> float(restored("material", stored("material", Lambert(albedo=0.5))).albedo[0, 0])
     0.5
     """

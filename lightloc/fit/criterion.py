@@ -37,11 +37,16 @@ LUCK = 2.0
 class Likelihood:
     """How far off observations are.
 
-    Args:
-        scale: standard errors beyond which a residual counts less and less (Cauchy's loss).
-        known: sigma is right; else it is right but for a factor.
-        few: share of the residuals that may lie anywhere beyond ``scale``.
-        typical: chi-square per residual that noise alone leaves, at most.
+    Parameters
+    ----------
+    scale
+        Standard errors beyond which a residual counts less and less (Cauchy's loss).
+    known
+        Whether sigma is right; else it is right but for a factor.
+    few
+        Share of the residuals that may lie anywhere beyond ``scale``.
+    typical
+        Chi-square per residual that noise alone leaves, at most.
     """
 
     scale: float = 5.0
@@ -50,7 +55,7 @@ class Likelihood:
     typical: float = 1.0
 
     def cost(self, residual: NDArray[np.float64], level: float = 1.0) -> float:
-        """Robust chi-square, standard errors being ``level`` times as large."""
+        """Robust chi-square of (n, c) residuals, standard errors being ``level`` times as large."""
         return robust(residual / level, self.scale)
 
     def core(self, fit: Fit) -> float:
@@ -60,7 +65,7 @@ class Likelihood:
         return fit.cost - robust(wild[wild > self.scale], self.scale)
 
     def trust(self, z: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The weight of each residual in a question about one more light; none for the few."""
+        """The weight of each of (n, c) residuals when one more light is asked for; 0 of the few."""
         far, few = np.abs(z), round(self.few * z.size)
         least = np.sort(far, axis=None)[z.size - few - 1] if few else np.inf
         _, weight = cauchy(z, self.scale)
@@ -71,11 +76,16 @@ class Likelihood:
 class Criterion:
     """What decides.
 
-    Args:
-        likelihood: of the residuals.
-        significant: least gain in chi-square per new parameter, in units of the noise.
-        shared: least gain in chi-square per residual.
-        unlikely: standard deviations of chi-square above what noise explains.
+    Parameters
+    ----------
+    likelihood
+        Of the residuals.
+    significant
+        Least gain in chi-square per new parameter, in units of the noise.
+    unlikely
+        Standard deviations by which chi-square may exceed its mean and still be explained by noise.
+    shared
+        Least gain in chi-square per residual.
     """
 
     likelihood: Likelihood
@@ -85,6 +95,7 @@ class Criterion:
 
     @staticmethod
     def of(o: Options) -> Criterion:
+        """The one that a user's options ask for."""
         likelihood = Likelihood(scale=o.outlier, known=o.noise == "given")
         return Criterion(likelihood, o.significant, o.unlikely)
 

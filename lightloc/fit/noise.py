@@ -56,7 +56,10 @@ def working_sigma(q: Observations, o: Options) -> NDArray[np.float64]:
 
 
 def level_of(z: NDArray[np.float64], parameters: int = 0) -> float:
-    """The standard deviation of residuals, from their median: outliers do not count."""
+    """The standard deviation of residuals of any shape, from their median: outliers do not count.
+
+    ``parameters`` is how many were fitted to them.
+    """
     free = max(z.size - parameters, 1) / z.size
     return float(MEDIAN_TO_SIGMA * np.median(np.abs(z)) / np.sqrt(free))
 
@@ -65,8 +68,11 @@ def law_of(radiance: NDArray[np.float64], sigma: NDArray[np.float64]) -> Law | N
     """Sigma as a function of B, where it is one: None where neighbours in B do not predict it.
 
     Residuals weighted by a noisy B are biased: a B that is low by chance counts for more. Where
-    sigma follows from B, it is to be taken at the model's B instead.
+    sigma follows from B, it is to be taken at the model's B instead. Both are (n, c), as is what
+    the law takes and gives.
 
+    Examples
+    --------
     >>> B = np.random.default_rng(0).uniform(1, 9, (200, 1))
     >>> law = law_of(B, 0.1 * np.sqrt(B))
     >>> bool(np.allclose(law(np.array([[4.0]])), 0.2, rtol=1e-2))

@@ -4,7 +4,7 @@ For other rooms, in pipeline order:
 
 - `PointLights`: positions and radiant intensities; what is given as truth, and what is found.
 - `Observations`: the set Q of section 3.1 with its radiance B(q) and standard errors.
-- `Geometry`: what occludes, a value with two functions over Dr.Jit arrays.
+- `Geometry`: what occludes, as a value with two functions over Dr.Jit arrays.
 - `Interreflecting`: one that can render the light between its surfaces too.
 - `RAY_OFFSET`: how far off a surface its shadow rays start.
 - `Options`: what a user may want to set.

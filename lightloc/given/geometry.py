@@ -14,45 +14,154 @@ RAY_OFFSET = 8.9e-5
 
 
 class Geometry(Protocol):
-    """Geometry as a value with two functions over Dr.Jit arrays.
+    """What occludes, as a value with two functions over Dr.Jit arrays.
 
-    `render` makes one of a Mitsuba scene; any object with these methods serves. Where
+    Any object with these methods serves; `render.SceneGeometry` is one of a Mitsuba scene. Where
     ``geometry=None`` is accepted, nothing occludes.
+
+    Notes
+    -----
+    Section 3.1 calls it G.
+
+    Examples
+    --------
+    A ceiling at z = 2 hides what is above it from a point below:
+
+    >>> from lightloc import Geometry, Lambert, Observations, shading
+    >>> class Ceiling:
+    ...     def visible(self, x, p, active=True):
+    ...         return ((x[2] < 2) == (p[2] < 2)) & active
+    ...     def intersect(self, x, d, active=True):
+    ...         t = (2 - x[2]) / d[2]
+    ...         return (t > 0) & active, x + t * d
+    >>> geometry: Geometry = Ceiling()
+    >>> q = Observations(positions=[[0, 0, 0]], normals=[[0, 0, 1]], directions=[[0, 0, 1]],
+    ...                  radiance=[0.0], material=Lambert(albedo=0.5))
+    >>> (shading(q, [[0, 0, 1], [0, 0, 3]], geometry)[0, :, 0] > 0).tolist()
+    [True, False]
     """
 
     def visible(self, x: Any, p: Any, active: Any = True) -> Any:
-        """V(x, p): whether the segment between (Array3f) x and p is free (Bool)."""
+        """Tell whether the segments between points are free: V(x, p) of Eq. 1.
+
+        Parameters
+        ----------
+        x : Array3f
+            One end of each of m segments, in the unit of length. Whoever asks has moved it a little
+            off its own surface.
+        p : Array3f
+            The other end.
+        active : Bool, optional
+            Which of them are asked; all where True.
+
+        Returns
+        -------
+        Bool
+            Whether each is free; False where it was not asked.
+
+        Examples
+        --------
+        >>> from lightloc.backend import types
+        >>> f = types()
+        >>> class Ceiling:
+        ...     def visible(self, x, p, active=True):
+        ...         return ((x[2] < 2) == (p[2] < 2)) & active
+        >>> Ceiling().visible(f.Array3f(0, 0, 0), f.Array3f(0, 0, [1, 3])).numpy().tolist()
+        [True, False]
+        """
         ...
 
     def intersect(self, x: Any, d: Any, active: Any = True) -> tuple[Any, Any]:
-        """The first surface point along the ray x + t d: (hit, y)."""
+        """Find the first surface points along rays x + t d, t > 0.
+
+        Parameters
+        ----------
+        x : Array3f
+            Where the m rays begin, in the unit of length.
+        d : Array3f
+            Their directions.
+        active : Bool, optional
+            Which of them are asked; all where True.
+
+        Returns
+        -------
+        hit : Bool
+            Whether each meets a surface; False where it was not asked.
+        y : Array3f
+            Where it does, in the unit of length; anywhere where it meets none.
+
+        Examples
+        --------
+        >>> from lightloc.backend import types
+        >>> f = types()
+        >>> class Ceiling:
+        ...     def intersect(self, x, d, active=True):
+        ...         t = (2 - x[2]) / d[2]
+        ...         return (t > 0) & active, x + t * d
+        >>> hit, y = Ceiling().intersect(f.Array3f(0, 0, 0), f.Array3f(1, 0, [1, -1]))
+        >>> hit.numpy().tolist(), y.numpy()[:, 0].tolist()
+        ([True, False], [2.0, 0.0, 2.0])
+        """
         ...
 
 
 @runtime_checkable
 class Interreflecting(Geometry, Protocol):
-    """A geometry that knows its materials too, and can render the light between its surfaces."""
+    """A geometry that knows its materials too, and can render the light between its surfaces.
+
+    `localize` asks it where ``indirect`` is a number of samples. `render.SceneGeometry` is one.
+
+    Examples
+    --------
+    >>> from lightloc import Interreflecting
+    >>> class Ceiling:
+    ...     def visible(self, x, p, active=True):
+    ...         return ((x[2] < 2) == (p[2] < 2)) & active
+    ...     def intersect(self, x, d, active=True):
+    ...         t = (2 - x[2]) / d[2]
+    ...         return (t > 0) & active, x + t * d
+    >>> isinstance(Ceiling(), Interreflecting)  # it knows no materials
+    False
+    """
 
     def interreflection(
         self, positions: ArrayLike, observations: Observations, samples: int, seed: int
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Interreflected radiance of a light of intensity 1 at each of (k, 3) positions.
+        """Render the interreflected radiance of lights of intensity 1.
 
         Parameters
         ----------
-        positions : (k, 3) array
-            In the unit of length.
+        positions : (k, 3) array_like
+            Positions of the lights, in the unit of length.
         observations : Observations
-            Where it is seen from, and what.
+            The n observations: what is seen, and from where.
         samples : int
             Paths per observation and light.
         seed : int
-            Of the paths: the same ones for the i-th light in every call, wherever it is.
+            Seed of the paths: the i-th light has the same ones in every call, wherever it is.
 
         Returns
         -------
-        H, error : (n, k, c) arrays
-            ``H @ intensities`` is the radiance, m^-2 sr^-1 per W/sr; its standard error,
-            independent from light to light.
+        H : (n, k, c) array
+            Interreflected radiance per W/sr, m^-2 sr^-1: ``H @ intensities`` is that of all lights.
+        error : (n, k, c) array
+            Its standard error, independent from light to light.
+
+        Examples
+        --------
+        In a diffuse sphere of radius 1 it is the same everywhere, wherever the light is:
+
+        >>> import numpy as np
+        >>> from lightloc import Lambert, Observations
+        >>> class Ball:
+        ...     def interreflection(self, positions, observations, samples, seed):
+        ...         a = observations.material.albedo
+        ...         H = np.full((len(observations), len(positions), 1), a**2 / (1 - a) / np.pi)
+        ...         return H, np.zeros_like(H)
+        >>> q = Observations(positions=[[0, 0, -1]], normals=[[0, 0, 1]], directions=[[0, 0, 1]],
+        ...                  radiance=[0.0], material=Lambert(albedo=0.5))
+        >>> H, error = Ball().interreflection([[0, 0, 0], [0, 0, 0.5]], q, 64, 0)
+        >>> (np.pi * H[0, :, 0]).tolist()
+        [0.5, 0.5]
         """
         ...

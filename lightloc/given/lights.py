@@ -23,18 +23,24 @@ class PointLights:
 
     Parameters
     ----------
-    positions : (k, 3) array
-        In the unit of length.
-    intensities : (k, c) array
-        Radiant intensity in W/sr, c = 1 or 3 (linear RGB). (k,) is taken as (k, 1).
+    positions : (k, 3) array_like
+        Positions p, in the unit of length.
+    intensities : (k, c) or (k,) array_like
+        Radiant intensities I, W/sr where that unit is the metre, at least 0; c = 1 or 3 (linear
+        RGB). Kept as (k, c).
 
     Raises
     ------
     ValueError
-        A shape is wrong, a value is not finite, or an intensity is negative.
+        If a shape is wrong, a value is not finite, or an intensity is negative.
+
+    Notes
+    -----
+    The set L of section 3.1.
 
     Examples
     --------
+    >>> from lightloc import PointLights
     >>> lights = PointLights(positions=[[0, 0, 2]], intensities=[10.0])
     >>> len(lights), lights.channels
     (1, 1)
@@ -65,43 +71,50 @@ class PointLights:
 
     @property
     def channels(self) -> int:
+        """The number of channels: 1, or 3 for linear RGB."""
         return self.intensities.shape[1]
 
     @property
     def order(self) -> NDArray[np.intp]:
-        """(k,) indices in falling order of the mean intensity."""
+        """(k,) indices of the lights in falling order of their mean intensity."""
         return np.argsort(-self.intensities.mean(axis=1), kind="stable")
 
     def brightest_first(self) -> PointLights:
-        """The same lights in falling order of their mean intensity.
+        """Sort the lights by their mean intensity, the brightest first.
 
         Returns
         -------
         PointLights
+            The same lights; of equal ones the first stays first.
 
         Examples
         --------
+        >>> from lightloc import PointLights
         >>> PointLights([[0, 0, 2], [1, 0, 2]], [1.0, 10.0]).brightest_first().positions.tolist()
         [[1.0, 0.0, 2.0], [0.0, 0.0, 2.0]]
         """
         return PointLights(self.positions[self.order], self.intensities[self.order])
 
     def save(self, path: str | Path) -> None:
-        """Write JSON: a list ``lights`` of ``{"position": [x, y, z], "intensity": [...]}``.
+        """Write the lights as JSON, whole or not at all.
+
+        The file holds ``format`` and a list ``lights`` of ``{"position": [x, y, z], "intensity":
+        [...]}``.
 
         Parameters
         ----------
-        path : path
-            The file to be written, whole or not at all.
+        path : str or Path
+            The file to be written.
 
         Raises
         ------
         OSError
-            The folder is missing or can't be written to.
+            If the folder is missing or can't be written to.
 
         Examples
         --------
         >>> import tempfile
+        >>> from lightloc import PointLights
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     PointLights([[0, 0, 2]], [10.0]).save(f"{folder}/lights.json")
         ...     PointLights.load(f"{folder}/lights.json").intensities.tolist()
@@ -120,20 +133,23 @@ class PointLights:
 
         Parameters
         ----------
-        path : path
+        path : str or Path
             The file.
 
         Returns
         -------
         PointLights
+            The lights in the file's order.
 
         Raises
         ------
         ValueError
-            Names the file and the field: there is none, it is broken, or of another format.
+            If there is no such file, it can't be read or holds no lights, it is of another format,
+            or its values are none that `PointLights` takes; the message names the file.
 
         Examples
         --------
+        >>> from lightloc import PointLights
         >>> PointLights.load("nowhere.json")
         Traceback (most recent call last):
             ...

@@ -20,55 +20,69 @@ OLD_FORMATS = ("lightloc-observations-1",)  # had no field that may not be left 
 
 @dataclass(frozen=True, eq=False)
 class Observations:
-    """The set Q of the paper's section 3.1 with its measured radiance B(q).
+    """Points on surfaces, and how bright each looks from one direction.
 
-    All arguments are keywords.
+    All arguments are keywords. Arrays are kept as read-only copies.
 
     Parameters
     ----------
-    positions : (n, 3) array
+    positions : (n, 3) array_like
         Points x on surfaces, in the unit of length.
-    normals : (n, 3) array
-        Shading normals on the side that is seen; normalized on entry.
-    directions : (n, 3) array, optional
-        From the surface to the viewer (the paper's omega). Only readings of irradiance do without.
-    radiance : (n, c) array
-        B(q) in W sr^-1 m^-2, c = 1 or 3 (linear RGB); (n,) is taken as (n, 1). Below zero only
-        where ``sigma`` is not 0: noise and light that was subtracted leave such values, and they
-        are kept as they are. In W m^-2 where the material is `Irradiance`.
-    sigma : scalar, (n,) or (n, c) array, optional
-        Standard error of ``radiance``; 0 where it is exact, None where nobody knows it: it is then
-        estimated together with the lights.
+    normals : (n, 3) array_like
+        Shading normals n(x) on the side that is seen; normalized on entry.
+    directions : (n, 3) array_like, optional
+        Directions omega from the surface to the viewer; normalized on entry. Only where the
+        material is `Irradiance` may they be left out.
+    radiance : (n, c) or (n,) array_like
+        B(q), W sr^-1 m^-2, or irradiance, W m^-2, where the material is `Irradiance`; c = 1 or 3
+        (linear RGB). Kept as (n, c). Values below zero, which noise and the subtraction of light
+        leave, are kept as they are, but refused where ``sigma`` is 0.
+    sigma : float, (n,) or (n, c) array_like, optional
+        Standard error of ``radiance``, in its unit. 0 where a value is exact; None where nobody
+        knows it: `localize` then estimates it together with the lights. Kept as (n, c), or None.
     material : BRDF
-        One of `lightloc.brdf`, or anything with ``channels`` and ``bind``.
-    facets : (n, 3) array, optional
-        Geometric normals where they differ from the shading normals, as on a mesh with smooth
-        shading; light from below a facet does not reach it. ``normals`` where None.
+        The BRDF f at each point: a `Lambert`, `Conductor`, `Plastic` or `Mixed`, an `Irradiance`,
+        or any object that is a `BRDF`.
+    facets : (n, 3) array_like, optional
+        Geometric normals, where they differ from the shading normals, as on a mesh with smooth
+        shading: light from below a facet does not reach it. Normalized on entry; ``normals`` where
+        None.
     interreflected : bool
         Whether ``radiance`` holds interreflected light too, as a camera's does; `localize` then
-        removes it first (footnote 1).
-    regions : (n,) array of int, optional
-        Which region of ``region_names`` each point belongs to: points of one material.
+        removes it.
+    regions : (n,) array_like of int, optional
+        The region of each point, an index into ``region_names``; 0 for all where None. Points of
+        one region have one material.
     region_names : sequence of str
         Names of the regions.
-    saturated : (n,) array of bool, optional
-        Values that are only known to be at least ``radiance``; `localize` leaves them out.
+    saturated : (n,) array_like of bool, optional
+        Where the sensor clipped, so that the true value is at least ``radiance``; `localize` leaves
+        these out. False for all where None.
     step : float
-        Spacing of the values, where they are quantized: its rounding adds to ``sigma``.
+        Spacing of the values of ``radiance``, W sr^-1 m^-2, where they are quantized; 0 where they
+        are not. `localize` adds the error of the rounding to ``sigma``.
     unit : str
-        The unit of length, a word for prints and files: nothing in the arithmetic depends on it.
+        The unit of length, a word for prints and files: no result depends on it.
 
     Raises
     ------
     ValueError
-        There is no observation at all, lengths differ, a value is not finite, a sigma or the step
-        is negative, a radiance is negative and exact, a vector has length zero, or a region has
-        no name.
+        If there is no observation at all, a shape does not fit, a value is not finite, ``sigma`` or
+        ``step`` is negative, a radiance is negative and exact, a vector has length zero, a region
+        has no name, directions are missing, ``material`` is no BRDF or has other points or more
+        channels, or ``unit`` is no word.
+
+    Notes
+    -----
+    The set Q of section 3.1 with its B(q), which the paper takes to be direct light alone; footnote
+    1 says how to get that from what a camera sees. Any unit of length serves: intensities come out
+    in the unit of radiance times its square, which is W/sr for metres.
 
     Examples
     --------
+    >>> from lightloc import Lambert, Observations
     >>> q = Observations(positions=[[0, 0, 0]], normals=[[0, 0, 1]], directions=[[0, 0, 1]],
-    ...                  radiance=[0.3], sigma=0.0, material=brdf.Lambert(albedo=0.5))
+    ...                  radiance=[0.3], sigma=0.0, material=Lambert(albedo=0.5))
     >>> len(q), q.channels, q.quantity
     (1, 1, 'radiance')
     """
@@ -142,26 +156,27 @@ class Observations:
 
     @property
     def channels(self) -> int:
+        """The number of channels of ``radiance``: 1, or 3 for linear RGB."""
         return self.radiance.shape[1]
 
     @property
     def bounds(self) -> NDArray[np.float64]:
-        """(2, 3): lower and upper corner of the observed points, metres."""
+        """(2, 3) lower and upper corner of the observed points, in the unit of length."""
         return np.array([self.positions.min(axis=0), self.positions.max(axis=0)])
 
     @property
     def diagonal(self) -> float:
-        """Length of the bounding box's diagonal, metres."""
+        """Length of that box's diagonal, in the unit of length."""
         return float(np.linalg.norm(np.diff(self.bounds, axis=0)))
 
     @property
     def quantity(self) -> Literal["radiance", "irradiance"]:
-        """What ``radiance`` holds: irradiance where the material is `Irradiance`."""
+        """What ``radiance`` holds, which is irradiance where the material is `Irradiance`."""
         return "irradiance" if isinstance(self.material, brdf.Irradiance) else "radiance"
 
     @property
     def known_sigma(self) -> NDArray[np.float64]:
-        """(n, c) ``sigma``; raises ValueError where nobody knows it."""
+        """(n, c) ``sigma``; refused with a ValueError where nobody knows it."""
         if self.sigma is None:
             raise ValueError("Observations.sigma is unknown; give it (0 where B is exact)")
         return self.sigma
@@ -169,30 +184,33 @@ class Observations:
     def with_radiance(
         self, radiance: ArrayLike, sigma: ArrayLike | None, interreflected: bool | None = None
     ) -> Observations:
-        """The same points with another B(q) and its standard error.
+        """Give the same points another B(q) and its standard error.
 
         Parameters
         ----------
-        radiance : scalar, (n,) or (n, c) array
+        radiance : float, (n,) or (n, c) array_like
             B(q), W sr^-1 m^-2.
-        sigma : scalar, (n,) or (n, c) array, or None
-            Its standard error; None where nobody knows it.
+        sigma : float, (n,) or (n, c) array_like, or None
+            Its standard error, in its unit; None where nobody knows it.
         interreflected : bool, optional
             Whether it holds interreflected light; as before where None.
 
         Returns
         -------
         Observations
+            The new ones; all else is as it was.
 
         Raises
         ------
         ValueError
-            As of `Observations`.
+            If a shape does not fit, a value is not finite, ``sigma`` is negative, or a radiance is
+            negative and exact.
 
         Examples
         --------
+        >>> from lightloc import Lambert, Observations
         >>> q = Observations(positions=[[0, 0, 0]], normals=[[0, 0, 1]], directions=[[0, 0, 1]],
-        ...                  radiance=[0.3], material=brdf.Lambert(albedo=0.5))
+        ...                  radiance=[0.3], material=Lambert(albedo=0.5))
         >>> q.with_radiance(0.2, 0.01).radiance.tolist()
         [[0.2]]
         """
@@ -202,26 +220,30 @@ class Observations:
         return replace(self, radiance=B, sigma=_sigma(sigma, B), interreflected=both)
 
     def at(self, rows: ArrayLike) -> Observations:
-        """Some of the observations.
+        """Take some of the observations.
 
         Parameters
         ----------
-        rows : (m,) array
-            Their indices, or (n,) bool.
+        rows : (m,) array_like of int, or (n,) array_like of bool
+            Their indices, in any order, or which of the n they are.
 
         Returns
         -------
         Observations
+            The m that were taken, in the order of ``rows``.
 
         Raises
         ------
         ValueError
-            No row is left.
+            If none is taken.
+        IndexError
+            If an index is out of range, or ``rows`` is neither of the two.
 
         Examples
         --------
+        >>> from lightloc import Irradiance, Observations
         >>> q = Observations(positions=[[0, 0, 0], [1, 0, 0]], normals=[[0, 0, 1]] * 2,
-        ...                  radiance=[0.3, 0.2], material=brdf.Irradiance())
+        ...                  radiance=[0.3, 0.2], material=Irradiance())
         >>> q.at([False, True]).radiance.tolist()
         [[0.2]]
         """
@@ -237,27 +259,35 @@ class Observations:
     def save(self, path: str | Path) -> None:
         """Write one ``.npz``, whole or not at all: same observations, same bytes.
 
-        Keys: ``format``; ``positions``, ``normals``, ``directions``, ``radiance``, ``sigma``
-        (empty where nobody knows it) and ``facets`` (may be left out) as above, float64;
-        ``interreflected``, bool; ``material`` a type name, its parameters as ``material.NAME``;
-        for ``Mixed``, ``material.index`` and the parts under ``material.0``, ``material.1`` ...;
-        ``regions``, ``region_names``, ``saturated``, ``step`` and ``unit`` (may be left out).
-
         Parameters
         ----------
-        path : path
+        path : str or Path
             The file to be written.
 
         Raises
         ------
         OSError
-            The folder is missing or can't be written to.
+            If the folder is missing or can't be written to.
+
+        Notes
+        -----
+        The file's keys are
+
+        - ``format``, the name of the format and its version;
+        - ``positions``, ``normals``, ``directions``, ``radiance`` and ``sigma``, float64 with the
+          shapes that `Observations` keeps; ``sigma`` is empty where nobody knows it;
+        - ``interreflected``, bool;
+        - ``material``, the name of its type, and each parameter as ``material.NAME``; of a
+          `Mixed`, ``material.index`` and the parts as ``material.0``, ``material.1`` and so on;
+        - ``facets``, ``regions``, ``region_names``, ``saturated``, ``step`` and ``unit``, which a
+          file need not have.
 
         Examples
         --------
         >>> import tempfile
+        >>> from lightloc import Lambert, Observations
         >>> q = Observations(positions=[[0, 0, 0]], normals=[[0, 0, 1]], directions=[[0, 0, 1]],
-        ...                  radiance=[0.3], material=brdf.Lambert(albedo=0.5), unit="cm")
+        ...                  radiance=[0.3], material=Lambert(albedo=0.5), unit="cm")
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     q.save(f"{folder}/seen.npz")
         ...     Observations.load(f"{folder}/seen.npz").unit
@@ -275,25 +305,27 @@ class Observations:
     def load(path: str | Path) -> Observations:
         """Read what `save` wrote, now or in a former version.
 
-        A material that only its scene can give (a BSDF that `lightloc` does not model) comes
-        back as `SceneMaterial`; `render.attach` puts the scene's own in its place.
-
         Parameters
         ----------
-        path : path
+        path : str or Path
             The file.
 
         Returns
         -------
         Observations
+            What was saved. In place of a BSDF that ``lightloc`` does not model there is a
+            ``SceneMaterial``, which can't be evaluated; `render.attach` puts the scene's own BSDF
+            back.
 
         Raises
         ------
         ValueError
-            Names the file and the field: there is none, it is broken, or of another format.
+            If there is no such file, it is broken or of another format, a field is missing, or its
+            values are none that `Observations` takes; the message names the file.
 
         Examples
         --------
+        >>> from lightloc import Observations
         >>> Observations.load("nowhere.npz")
         Traceback (most recent call last):
             ...

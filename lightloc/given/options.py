@@ -8,39 +8,43 @@ from typing import Literal
 
 @dataclass(frozen=True)
 class Options:
-    """The search's options. Lengths in parts of the longest side.
+    """Options of the search of `localize`; the published method has `Paper` in their place.
 
     Parameters
     ----------
     most_lights : int
-        Maximum number of lights.
+        Largest number of lights.
     outlier : float
         Standard errors beyond which a residual counts less and less (Cauchy's loss); infinite for
         plain least squares. At 5, one part in a hundred of the efficiency is lost where the noise
         is Gaussian.
     noise : {"given", "estimate"}
-        By the observations' sigma, or sigma is right but for a factor, or, where it is 0 or
-        unknown, the square root of B but for a factor.
+        "given" takes the observations' sigma as right. "estimate" takes it as right but for a
+        factor, which is estimated; where sigma is 0, it is that of shot noise, the square root of B
+        but for a factor. Where sigma is None, it is always estimated.
     ambient : bool
         Whether a constant ambient term is fitted too (section 6.3).
     sample : int
-        Observations that the search looks at; the last polish sees all.
+        Number of observations that the search looks at; the last polish sees all.
     cells, cells_2d : int
-        Positions that are asked whether a light is missing there.
+        Number of positions at which the search asks whether a light is missing there, in 3D and in
+        2D.
     relative, absolute : float
-        Errors of the arithmetic, of B and of the mean radiance.
+        Standard errors of the arithmetic, as a share of B and as a share of the mean radiance.
     significant : float
         Least gain in chi-square per new parameter, in units of the noise.
     unlikely : float
-        Standard deviations of chi-square above what noise explains.
+        Standard deviations by which chi-square may exceed its mean and still be explained by noise.
     sure_position, sure_intensity : float
-        What counts as known: 95 % intervals up to this, of the longest side and of the intensity
-        (section 6.1).
+        Largest half-width of a 95 % interval at which a position counts as known, as a share of the
+        region's longest side, and an intensity, as a share of itself (section 6.1).
     cluster : float
-        Lights that could be two so far apart are a cluster (section 6.1).
+        A light counts as a possible cluster where two lights further apart than this, as a share of
+        the region's longest side, might look the same (section 6.1).
 
     Examples
     --------
+    >>> from lightloc import Options
     >>> Options(most_lights=4).most_lights
     4
     """

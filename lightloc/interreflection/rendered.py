@@ -60,7 +60,11 @@ def rendering(
     used: NDArray[np.bool_],
     seed: int,
 ) -> Indirect:
-    """H(q, p) at the observations that are used, rendered by the geometry or by a function."""
+    """H(q, p) at the observations that are used, rendered by the geometry or by a function.
+
+    A function gives it at all n observations, of which the (n,) ``used`` are kept; the geometry is
+    asked for those alone, which are ``seen``. Raises ValueError where the geometry can't render.
+    """
     if callable(indirect):
         given = indirect
 
@@ -95,19 +99,22 @@ def rounds(
         Q without it as far as that is known before any light is: by footnote 1.
     problem : Problem
         Posed by ``first``.
-    indirect : Indirect | int
-        H(q, p) of the room, as `render.interreflected` gives it.
+    indirect : Indirect
+        H(q, p) of the room, as `rendering` gives it: from (k, 3) positions to (n, k, c) arrays.
     search : Search
         The search for lights in direct light.
     certificate : Certificate
         Of an answer in direct light.
     o : Options
         The search's options.
-    watch : Callable[[Step], None]
-        Is told each round.
+    watch : callable
+        Called with each round.
 
-    Returns the last search's answer, with intensities and errors from direct and indirect light
-    together. Where the lights still move after `MOST_ROUNDS`, a verdict says so.
+    Returns
+    -------
+    Localization
+        The last search's answer, with positions, intensities and errors from direct and indirect
+        light together. Where the lights still move after `MOST_ROUNDS`, a verdict says so.
     """
 
     q = q.with_radiance(q.radiance, working_sigma(q, o), q.interreflected)
@@ -160,6 +167,8 @@ def movement(found: Localization, before: PointLights) -> float:
 def order_like(lights: PointLights, like: PointLights) -> NDArray[np.intp]:
     """Indices of the lights in the order of those that they are nearest to; new ones last.
 
+    Examples
+    --------
     >>> like = PointLights([[0, 0, 0], [5, 0, 0]], [1.0, 2.0])
     >>> order_like(PointLights([[9, 0, 0], [5.1, 0, 0], [0.1, 0, 0]], [3.0, 2.0, 1.0]), like)
     array([2, 1, 0])
