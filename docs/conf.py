@@ -29,7 +29,7 @@ myst_heading_anchors = 3
 
 autodoc_member_order = "bysource"  # of a package: the order of its __all__
 autodoc_typehints_format = "short"
-autodoc_type_aliases = {"ArrayLike": "ArrayLike", "NDArray": "NDArray"}
+autodoc_type_aliases = {name: name for name in ("ArrayLike", "NDArray", "Indirect")}
 python_maximum_signature_line_length = 90
 napoleon_google_docstring = False
 napoleon_use_rtype = False  # a type beside its sentence, where there is but one

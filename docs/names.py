@@ -18,6 +18,7 @@ from sphinx.application import Sphinx
 import lightloc
 
 QUALIFIED = re.compile(r"(lightloc|render|validation)(\.\w+)+")
+LAMBDA = "<function <lambda>>"  # what Sphinx has of a default, and cannot read again
 ALIAS = re.compile(r"TypeAliasForwardRef\('(\w+)'\)")  # Sphinx's word for one that may be None
 
 
@@ -57,12 +58,16 @@ def link(app: Sphinx, doctree: nodes.document) -> None:
 def signed(
     app: Sphinx, what: str, name: str, thing: Any, options: Any, arguments: str, returned: str
 ) -> tuple[str, str] | None:
-    """Arguments with the aliases as they are written; none where a class is never called."""
+    """Arguments with the aliases as they are written, and none where a class is never called.
+
+    A default that is a function without a name becomes three dots.
+    """
     if what == "class" and (getattr(thing, "_is_protocol", False) or is_enum(thing)):
         return "", ""
-    if not ALIAS.search(f"{arguments} {returned}"):
+    if not arguments:
         return None
-    return ALIAS.sub(r"\1", arguments or ""), ALIAS.sub(r"\1", returned or "")
+    arguments = arguments.replace(LAMBDA, "...")
+    return ALIAS.sub(r"\1", arguments), ALIAS.sub(r"\1", returned or "")
 
 
 def with_members(
