@@ -9,6 +9,7 @@ from lightloc.answer import (
     Noise,
     NoiseLaw,
     Reason,
+    Step,
     Verdict,
     Way,
 )
@@ -55,6 +56,7 @@ __all__ = [  # in pipeline order
     "Paper",
     "Localization",
     "Reason",
+    "Step",
     "Verdict",
     "Kind",
     "Noise",

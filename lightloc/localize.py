@@ -107,6 +107,8 @@ def localize(
     if isinstance(o, Options) and seen.sigma is None:
         seen, o = presumed(seen), replace(o, noise="estimate")
     region = array("bounds", seen.bounds if bounds is None else bounds, (2, 3))
+    if (region[0] == region[1]).all():
+        raise ValueError("bounds hold a single position; expected a box to search")
     direct, way = seen, Way.DIRECT
     if seen.interreflected:
         if geometry is None:

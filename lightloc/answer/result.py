@@ -54,6 +54,12 @@ class Step:
     turn : int, optional
         Number of the published method's iteration, or of the round of rendering; None of other
         steps.
+
+    Examples
+    --------
+    >>> from lightloc import Step
+    >>> Step("add", lights=2, chi2=1.03).lights
+    2
     """
 
     action: str
@@ -259,6 +265,8 @@ class Localization:
             return Localization(**fields)
         except KeyError as missing:
             raise ValueError(f"{path}: field {missing} is missing or unknown") from None
+        except (TypeError, AttributeError) as error:
+            raise ValueError(f"{path}: {error}") from None
 
     def __str__(self) -> str:
         rows = [f"{len(self.lights)} light(s). {self.reason.value}"]

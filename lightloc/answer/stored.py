@@ -109,7 +109,10 @@ def read(path: str | Path) -> dict[str, Any]:
     def lights(prefix: str = "") -> PointLights:
         return PointLights(keys[f"{prefix}positions"], keys[f"{prefix}intensities"])
 
-    answer = json.loads(str(keys["answer"]))
+    try:
+        answer = json.loads(str(keys["answer"]))
+    except json.JSONDecodeError:
+        raise ValueError(f"{path}: field answer is no JSON") from None
     noise, counts = answer["noise"], answer["counts"]
     return {
         "lights": lights(),

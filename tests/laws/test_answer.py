@@ -133,7 +133,7 @@ def test_the_answer_as_json_holds_the_lights(found, tmp_path):
     assert answer["assumed"] == ["ISOTROPIC", "MATERIALS", "NO_AMBIENT", "ERRORS"]
 
 
-@pytest.mark.parametrize("harm", ["cut", "field", "format"])
+@pytest.mark.parametrize("harm", ["cut", "field", "format", "answer", "step"])
 def test_a_broken_answer_is_refused(found, tmp_path, refuses, harm):
     """The file is named, and what is wrong with it."""
     path = tmp_path / "found.npz"
@@ -144,6 +144,12 @@ def test_a_broken_answer_is_refused(found, tmp_path, refuses, harm):
         keys = dict(np.load(path))
         if harm == "field":
             del keys["residual"]
+        elif harm == "answer":
+            keys["answer"] = np.array("{")
+        elif harm == "step":
+            answer = json.loads(str(keys["answer"]))
+            answer["history"][0]["turns"] = 1
+            keys["answer"] = np.array(json.dumps(answer))
         else:
             keys["format"] = np.array("lightloc-localization-99")
         np.savez(path, **keys)
