@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from numbers import Integral, Real
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -53,6 +54,45 @@ def array(
         _refuse(name, result, result > most, f"at most {most:g}")
     result.setflags(write=False)
     return result
+
+
+def number(
+    name: str, value: object, least: float = 0.0, *, above: bool = False, whole: bool = False
+) -> None:
+    """Refuse a value that is not one number, at least ``least``; infinity is a number.
+
+    Parameters
+    ----------
+    name
+        Of the field, for the sentence.
+    value
+        To be looked at.
+    least
+        The least that is taken.
+    above
+        Whether it must be above that.
+    whole
+        Whether it must be an integer.
+
+    Raises
+    ------
+    ValueError
+        Names the field and what was expected.
+
+    Examples
+    --------
+    >>> number("most_lights", 3, 1, whole=True)
+    >>> number("most_lights", 0, 1, whole=True)
+    Traceback (most recent call last):
+        ...
+    ValueError: most_lights is 0; expected a whole number of at least 1
+    """
+    kind = Integral if whole else Real
+    fits = isinstance(value, kind) and not isinstance(value, bool)
+    if not (fits and (value > least if above else value >= least)):  # type: ignore[operator]
+        said = "whole number" if whole else "number"
+        bound = f"above {least:g}" if above else f"of at least {least:g}"
+        raise ValueError(f"{name} is {value!r}; expected a {said} {bound}")
 
 
 def unit_vectors(name: str, value: ArrayLike, n: int) -> NDArray[np.float64]:

@@ -102,6 +102,13 @@ def localize(
     o = options or METHODS[method]()
     if not isinstance(o, METHODS[method]):
         raise ValueError(f"method '{method}' takes {METHODS[method].__name__} as its options")
+    if not isinstance(observations, Observations):
+        raise ValueError(f"observations are a {type(observations).__name__}; not Observations")
+    if geometry is not None and not isinstance(geometry, Geometry):
+        raise ValueError(
+            f"geometry is a {type(geometry).__name__}; expected one with the functions visible and "
+            "intersect, such as render.load(...).geometry"
+        )
     used = ~observations.saturated
     seen = observations if used.all() else observations.at(used)
     if isinstance(o, Options) and seen.sigma is None:

@@ -13,6 +13,7 @@ RAY_OFFSET = 8.9e-5
 """A shadow ray starts this far off its surface, times 1 + max|x|: Mitsuba's ray epsilon."""
 
 
+@runtime_checkable
 class Geometry(Protocol):
     """What occludes, as a value with two functions over Dr.Jit arrays.
 

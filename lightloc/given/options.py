@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
+
+from lightloc.checks import number
+
+NoiseGiven = Literal["given", "estimate"]
 
 
 @dataclass(frozen=True)
@@ -42,6 +46,11 @@ class Options:
         A light counts as a possible cluster where two lights further apart than this, as a share of
         the region's longest side, might look the same (section 6.1).
 
+    Raises
+    ------
+    ValueError
+        If a value is none that the field can have.
+
     Examples
     --------
     >>> from lightloc import Options
@@ -51,7 +60,7 @@ class Options:
 
     most_lights: int = 24
     outlier: float = 5.0
-    noise: Literal["given", "estimate"] = "given"
+    noise: NoiseGiven = "given"
     ambient: bool = False
     sample: int = 1024
     cells: int = 4096  # 0.3 m apart in a room of 100 m^3: what a cell steps over is found alone
@@ -63,3 +72,17 @@ class Options:
     sure_position: float = 0.01
     sure_intensity: float = 0.05
     cluster: float = 0.05
+
+    def __post_init__(self) -> None:
+        if self.noise not in get_args(NoiseGiven):
+            raise ValueError(f"Options.noise is {self.noise!r}; expected 'given' or 'estimate'")
+        for name in ("most_lights", "sample", "cells", "cells_2d"):
+            number(f"Options.{name}", getattr(self, name), 1, whole=True)
+        for name in ("relative", "absolute"):
+            number(f"Options.{name}", getattr(self, name))
+        for name in ("outlier", "significant", "unlikely", *SURE):
+            number(f"Options.{name}", getattr(self, name), above=True)
+
+
+SURE = ("sure_position", "sure_intensity", "cluster")
+"""What counts as known."""

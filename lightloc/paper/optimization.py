@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lightloc.answer import Reason
+from lightloc.checks import number
 from lightloc.fields import Field, Grid
 from lightloc.fit import Descents, Problem, Unknown, descend, intensities
 from lightloc.given import PointLights
@@ -64,6 +65,11 @@ class Paper:
     most_lights : int
         Number of hypotheses at which the method gives up; silent.
 
+    Raises
+    ------
+    ValueError
+        If a value is none that the field can have.
+
     Examples
     --------
     >>> from lightloc import Paper
@@ -85,6 +91,16 @@ class Paper:
     steps: int = 300
     damping: float = 1e-3
     most_lights: int = 30
+
+    def __post_init__(self) -> None:
+        for name in ("cells", "cells_3d", "steps", "most_lights"):
+            number(f"Paper.{name}", getattr(self, name), 1, whole=True)
+        shares = ("threshold", "height", "merge", "increment", "association", "stray")
+        for name in (*shares, "damping"):
+            number(f"Paper.{name}", getattr(self, name), above=True)
+        for name in ("radius", "low_error", "lowering"):
+            if getattr(self, name) is not None:
+                number(f"Paper.{name}", getattr(self, name), above=True, whole=name == "radius")
 
 
 RADIUS_OF_NOISE = (1, 15)  # pixels, without and with noise (section 6.1)

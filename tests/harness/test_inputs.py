@@ -11,7 +11,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lightloc import Conductor, Lambert, Mixed, Observations, Plastic, PointLights
+from lightloc import (
+    Conductor,
+    Lambert,
+    Mixed,
+    Observations,
+    Options,
+    Paper,
+    Plastic,
+    PointLights,
+    localize,
+)
 
 NAN, INF = float("nan"), float("inf")
 UP = [[0.0, 0.0, 1.0], [0.0, 0.6, 0.8]]
@@ -146,6 +156,40 @@ def test_bad_brdfs_are_refused(case, refuses):
     name, make = BAD_BRDFS[case]
     with refuses(name):
         make()
+
+
+BAD_OPTIONS: dict[str, tuple[type, str, Any]] = {
+    "a word that is none": (Options, "noise", "estimated"),
+    "no lights": (Options, "most_lights", 0),
+    "lights by halves": (Options, "most_lights", 2.5),
+    "a truth for a number": (Options, "sample", True),
+    "a number in words": (Options, "cells", "many"),
+    "nan": (Options, "outlier", NAN),
+    "nothing": (Options, "unlikely", None),
+    "below zero": (Options, "relative", -1e-6),
+    "zero": (Options, "sure_position", 0.0),
+    "no cells": (Paper, "cells", 0),
+    "half a pixel": (Paper, "radius", 0.5),
+    "a negative step": (Paper, "increment", -0.025),
+}
+
+
+@pytest.mark.parametrize("case", BAD_OPTIONS)
+def test_bad_options_are_refused(case, refuses):
+    """An option that no search could follow is refused by its name."""
+    kind, name, value = BAD_OPTIONS[case]
+    with refuses(f"{kind.__name__}.{name} is {value!r}; expected"):
+        kind(**{name: value})
+    kind(**{name: getattr(kind(), name)})
+
+
+def test_what_belongs_elsewhere_is_refused(refuses):
+    """A path where a geometry belongs, and the like."""
+    q = Observations(**GOOD)
+    with refuses("geometry is a str; expected"):
+        localize(q, "room.xml")
+    with refuses("observations are a dict; not Observations"):
+        localize(GOOD)
 
 
 def test_shorthand_is_spelled_out():
