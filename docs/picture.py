@@ -5,8 +5,8 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from matplotlib.colors import LogNorm
-from matplotlib.figure import Figure
+
+from validation import draw
 
 folder, out = Path(sys.argv[1]), Path(sys.argv[2])
 case = json.loads((folder / "result.json").read_text())
@@ -14,23 +14,22 @@ fields, view = np.load(folder / "fields.npz"), np.load(folder / "view.npz")
 true = np.array([light["position"] for light in case["lights"]["true"]])
 found = np.array([light["position"] for light in case["lights"]["found"]])
 
-figure = Figure(figsize=(12, 3.4), layout="constrained")
-seen, bound, votes = figure.subplots(1, 3)
+figure = draw.canvas(12, 3.6, "")
+seen, bound, limiter = figure.subplots(1, 3, width_ratios=(1, 1.15, 0.9))
 picture = view["rendered"]
 seen.imshow(np.clip(picture / np.quantile(picture, 0.97), 0, 1) ** (1 / 2.2))
 seen.set_title("What is seen: a room, its lights unseen")
 seen.axis("off")
 extent = fields["extent"]
-D = np.where(np.isfinite(fields["D"]) & (fields["D"] > 0), fields["D"], np.nan)
-bound.imshow(D, extent=extent, origin="lower", norm=LogNorm(), cmap="viridis")
+draw.logarithmic(bound, fields["D"], extent, "D in W/sr")
 bound.set_title("D(p): how bright can a light here be?")
 hue = fields["limiter"]
 low, high = np.nanmin(hue, axis=(0, 1)), np.nanmax(hue, axis=(0, 1))
-votes.imshow(np.nan_to_num((hue - low) / (high - low + 1e-9)), extent=extent, origin="lower")
-votes.set_title("L(p): which surface says so?")
-for axes in (bound, votes):
-    axes.scatter(*true[:, :2].T, s=90, facecolors="none", edgecolors="white", label="true")
-    axes.scatter(*found[:, :2].T, s=40, c="red", marker="x", label="found")
+limiter.imshow(np.nan_to_num((hue - low) / (high - low + 1e-9)), extent=extent, origin="lower")
+limiter.set_title("L(p): which surface says so?")
+for axes in (bound, limiter):
+    draw.true(axes, true)
+    draw.found(axes, found)
     axes.set_xlabel("x in m")
-bound.legend(loc="upper right")
-figure.savefig(out, dpi=110)
+draw.legend(figure, bound)
+out.write_bytes(draw.written(figure, "png"))

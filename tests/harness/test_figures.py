@@ -14,8 +14,9 @@ import pytest
 
 from lightloc import intensity_distance
 from lightloc.answer.result import Reason
+from validation import draw
 from validation.commands.figures import MODULES, draw_all, figures_command
-from validation.figures import cluster, draw, four_lights, noise, one_light, three_d, wall_points
+from validation.figures import cluster, four_lights, noise, one_light, three_d, wall_points
 from validation.figures.plane import apart
 
 QUICK = (1, 4)  # figures whose data take no search

@@ -56,7 +56,7 @@ def draw_all(
     """Draw some figures into a folder; the page's path. Each file is written whole or not."""
     from importlib import import_module
 
-    from validation.figures.draw import written
+    from validation.draw import written
     from validation.figures.page import page
     from validation.jobs import made, write_bytes, write_text
 

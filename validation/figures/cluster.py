@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from lightloc import PointLights, Reason, Votes
 from lightloc.paper import State
-from validation.figures import draw
+from validation import draw
+from validation.figures.page import Drawing
 from validation.figures.plane import LOW_ERROR, Scene, apart
 from validation.rooms import rooms
 
@@ -94,7 +95,7 @@ def data(watch: Callable[[float], None]) -> tuple[End, End]:
     )
 
 
-def drawing(watch: Callable[[float], None]) -> draw.Drawing:
+def drawing(watch: Callable[[float], None]) -> Drawing:
     ends = data(watch)
     figure = draw.canvas(12.0, 5.8, f"Figure 3. {TITLE}")
     panels = figure.subplots(1, 2)
@@ -111,7 +112,7 @@ def drawing(watch: Callable[[float], None]) -> draw.Drawing:
             draw.found(axes, e.first.candidates, "candidate", linestyles="--")
     draw.legend(figure, *panels)
     ours = " ".join(f"({name}) {sentence(e)}" for name, e in zip("ab", ends, strict=True))
-    return draw.Drawing(3, TITLE, PAPER, ours, figure)
+    return Drawing(3, TITLE, PAPER, ours, figure)
 
 
 def sentence(e: End) -> str:

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from lightloc import PointLights
 from lightloc.paper import State
-from validation.figures import draw
+from validation import draw
+from validation.figures.page import Drawing
 from validation.figures.plane import Scene, apart, close_up
 from validation.rooms import rooms
 
@@ -78,7 +79,7 @@ def data(watch: Callable[[float], None]) -> Data:
     return Data(scene, first, last, near, away)
 
 
-def drawing(watch: Callable[[float], None]) -> draw.Drawing:
+def drawing(watch: Callable[[float], None]) -> Drawing:
     d = data(watch)
     scene, q, true = d.scene, d.scene.q, d.scene.lights.positions
     figure = draw.canvas(14.0, 9.2, f"Figure 2. {TITLE}")
@@ -125,4 +126,4 @@ def drawing(watch: Callable[[float], None]) -> draw.Drawing:
         f"for in iteration {d.last.iteration}; the optimized lights lie within {d.worst:.1g} m of "
         f"the true ones (mean squared error of B {d.last.mse:.1g})."
     )
-    return draw.Drawing(2, TITLE, PAPER, ours, figure)
+    return Drawing(2, TITLE, PAPER, ours, figure)

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from validation.figures import draw
+from validation import draw
+from validation.figures.page import Drawing
 from validation.figures.plane import Scene, close_up
 from validation.rooms import rooms
 
@@ -58,7 +59,7 @@ def data() -> Data:
     return Data(Scene.of(room), Scene.of(room, noise=K, seed=NUMBER))
 
 
-def drawing(watch: Callable[[float], None]) -> draw.Drawing:
+def drawing(watch: Callable[[float], None]) -> Drawing:
     d = data()
     figure = draw.canvas(11.0, 9.4, f"Figure 4. {TITLE}")
     panels: Any = figure.subplots(2, 2, height_ratios=(1.6, 1))
@@ -83,4 +84,4 @@ def drawing(watch: Callable[[float], None]) -> draw.Drawing:
         "these cells."
     )
     watch(1.0)
-    return draw.Drawing(4, TITLE, PAPER, ours, figure)
+    return Drawing(4, TITLE, PAPER, ours, figure)

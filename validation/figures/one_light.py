@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lightloc import Conductor, Observations, PointLights, intensity, radiance
-from validation.figures import draw
+from validation import draw
+from validation.figures.page import Drawing
 from validation.figures.plane import Scene
 from validation.rooms import SQUARE, PlaneRoom
 
@@ -72,7 +73,7 @@ def data() -> Data:
     return Data(scene, x0, omega, *I)
 
 
-def drawing(watch: Callable[[float], None]) -> draw.Drawing:
+def drawing(watch: Callable[[float], None]) -> Drawing:
     d = data()
     scene, q = d.scene, d.scene.q
     figure = draw.canvas(10.5, 9.6, f"Figure 1. {TITLE}")
@@ -113,4 +114,4 @@ def drawing(watch: Callable[[float], None]) -> draw.Drawing:
         f"highest bar outside the walls is B = {q.radiance.max():.1f} W/(sr m²)."
     )
     watch(1.0)
-    return draw.Drawing(1, TITLE, PAPER, ours, figure)
+    return Drawing(1, TITLE, PAPER, ours, figure)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from html import escape
 from typing import Any
 
-from validation.figures.draw import Drawing
+from matplotlib.figure import Figure
 
 STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; color: #1a1a1a; background: #fff;
@@ -22,6 +23,35 @@ MARKS = (
     "what was found is an open green circle, and a candidate a dashed one. Around a 2D room stand "
     "B(q) and, next to the wall, the colour of each of its points in L(p)."
 )
+
+
+@dataclass(frozen=True, eq=False)
+class Drawing:
+    """A figure with its captions.
+
+    Parameters
+    ----------
+    number
+        Of the paper's figure.
+    title
+        Ours, short.
+    paper
+        What the paper's figure shows, in our words.
+    ours
+        What this one shows, with its measured figures.
+    figure
+        To be written.
+    """
+
+    number: int
+    title: str
+    paper: str
+    ours: str
+    figure: Figure
+
+    @property
+    def name(self) -> str:
+        return f"figure{self.number}"
 
 
 def page(drawings: Sequence[Drawing], made: dict[str, Any]) -> str:

@@ -12,18 +12,10 @@ from numpy.typing import NDArray
 import render
 from lightloc import intensity_distance
 from lightloc.paper import State
-from validation.figures import draw
+from validation import draw
+from validation.figures.page import Drawing
 from validation.figures.plane import apart
-from validation.figures.solid import (
-    OPTIONS,
-    POINTS,
-    Solid,
-    cloud,
-    marked,
-    observed,
-    radiance_points,
-    space,
-)
+from validation.figures.solid import OPTIONS, POINTS, Solid, observed
 
 TWO, THREE = "box_two", "paper_three"
 SLICE = 180  # pixels along the slice's length
@@ -95,31 +87,31 @@ def sliced(
     return D[:, 0].reshape(height, SLICE), extent, lights
 
 
-def drawing(watch: Callable[[float], None]) -> draw.Drawing:
+def drawing(watch: Callable[[float], None]) -> Drawing:
     d = data(watch)
     figure = draw.canvas(14.0, 9.0, f"Figure 5. {TITLE}")
     places = figure.add_gridspec(2, 6)
     cut(figure.add_subplot(places[0, :3]), d)
-    b = space(figure, places[0, 3:], "(b) medial axis with V(p), two lights", d.two.q.bounds)
-    cloud(b, d.of_two.votes, figure)  # type: ignore[arg-type]
+    b = draw.space(figure, places[0, 3:], "(b) medial axis with V(p), two lights", d.two.q.bounds)
+    draw.cloud(b, d.of_two.votes)  # type: ignore[arg-type]
     show(b, d.two, d.of_two.candidates)
     bounds = d.three.q.bounds
-    c = space(figure, places[1, :2], "(c) B(q) and three lights", bounds)
-    radiance_points(c, d.three.q)
+    c = draw.space(figure, places[1, :2], "(c) B(q) and three lights", bounds)
+    draw.radiance_points(c, d.three.q)
     show(c, d.three, None)
     titles = ("(d) V(p) at first", f"(e) V(p), iteration {d.last.iteration}")
     for place, title, state in zip(
         (places[1, 2:4], places[1, 4:]), titles, (d.first, d.last), strict=True
     ):
-        axes = space(figure, place, title, bounds)
-        cloud(axes, state.votes, figure)  # type: ignore[arg-type]
+        axes = draw.space(figure, place, title, bounds)
+        draw.cloud(axes, state.votes)  # type: ignore[arg-type]
         new = (
             apart(state.candidates, d.first.candidates).min(axis=1) > OPTIONS.merge * d.three.radius
         )
         show(axes, d.three, state.candidates[~new])
         if new.any():
-            ring = {**draw.FOUND, "label": "new candidate", "edgecolors": draw.BLUE}
-            marked(axes, state.candidates[new], float(bounds[0, 2]), **ring, linestyles="--")
+            new_ones = {"edgecolors": draw.BLUE, "linestyles": "--"}
+            draw.found(axes, state.candidates[new], "new candidate", **new_ones)
     draw.legend(figure, b, axes)
     share = 100 * d.off(d.of_two, d.two) / d.two.radius
     found = d.last.tried
@@ -137,24 +129,12 @@ def drawing(watch: Callable[[float], None]) -> draw.Drawing:
             else "."
         )
     )
-    return draw.Drawing(5, TITLE, PAPER, ours, figure)
+    return Drawing(5, TITLE, PAPER, ours, figure)
 
 
 def cut(axes: Any, d: Data) -> None:
     """(a) the slice through both lights."""
-    from matplotlib.colors import LogNorm
-
-    low, high = np.quantile(d.slice[np.isfinite(d.slice)], draw.SHARE)
-    image = axes.imshow(
-        d.slice,
-        extent=d.extent,
-        origin="lower",
-        norm=LogNorm(low, high),
-        cmap=draw.FIELD,
-        interpolation="nearest",
-    )
-    bar = axes.get_figure().colorbar(image, ax=axes, shrink=0.6, pad=0.02, extend="both")
-    bar.set_label("D in W/sr", fontsize=8)
+    draw.logarithmic(axes, d.slice, d.extent, "D in W/sr", shrink=0.6)
     axes.set_title("(a) D(p) on the vertical plane through both lights", fontsize=10)
     axes.set_xlabel("along the plane, m", fontsize=9)
     axes.set_ylabel("z in m", fontsize=9)
@@ -164,8 +144,6 @@ def cut(axes: Any, d: Data) -> None:
 
 def show(axes: Any, solid: Solid, candidates: NDArray | None) -> None:
     """True lights and candidates in 3D."""
-    floor = float(solid.q.bounds[0, 2])
-    marked(axes, solid.lights.positions, floor, **{**draw.TRUE, "label": "true"})
+    draw.true(axes, solid.lights.positions)
     if candidates is not None and len(candidates):
-        ring = {**draw.FOUND, "label": "candidate", "linestyles": "--"}
-        marked(axes, candidates, floor, **ring)
+        draw.found(axes, candidates, "candidate", linestyles="--")

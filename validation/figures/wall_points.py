@@ -18,9 +18,10 @@ from lightloc import Geodesic, Observations, Paper, PointLights, Votes
 from lightloc.fields import Field
 from lightloc.fit import Problem
 from lightloc.paper import grid_over, optimize, peaks_of, rendered, votes_of
-from validation.figures import draw
+from validation import draw
+from validation.figures.page import Drawing
 from validation.figures.plane import apart
-from validation.figures.solid import OPTIONS, POINTS, SEED, cloud, marked, radiance_points, space
+from validation.figures.solid import OPTIONS, POINTS, SEED
 
 SCENE, LAMPS = "furnished", (0, 3)
 WALLS = (
@@ -100,7 +101,7 @@ def data(watch: Callable[[float], None]) -> Data:
     return Data(room, problem, q, before, after, first, second, one, two, dark, mse, expected)
 
 
-def drawing(watch: Callable[[float], None]) -> draw.Drawing:
+def drawing(watch: Callable[[float], None]) -> Drawing:
     d = data(watch)
     figure = draw.canvas(13.0, 9.6, f"Figure 6. {TITLE}")
     places = figure.add_gridspec(2, 2)
@@ -115,24 +116,20 @@ def drawing(watch: Callable[[float], None]) -> draw.Drawing:
         f"(d) V(p) with {SHARE:.0%} of the first light taken away",
     )
     a, b, c, last = (
-        space(figure, place, title, bounds) for place, title in zip(cells, titles, strict=True)
+        draw.space(figure, place, title, bounds) for place, title in zip(cells, titles, strict=True)
     )
-    radiance_points(a, everything)
-    radiance_points(b, d.q, np.flatnonzero(used))
-    cloud(c, d.before, figure)
-    cloud(last, d.after, figure)
-    floor = float(bounds[0, 2])
+    draw.radiance_points(a, everything)
+    draw.radiance_points(b, d.q, np.flatnonzero(used))
+    draw.cloud(c, d.before)
+    draw.cloud(last, d.after)
     for axes in (a, b, c, last):
-        marked(axes, true, floor, **{**draw.TRUE, "label": "true"})
-    marked(a, d.two.positions, floor, **{**draw.FOUND, "label": "found"})
-    ring = {**draw.FOUND, "linestyles": "--"}
-    marked(c, d.first[None], floor, **ring, label="candidate")
-    marked(
-        last, d.second[None], floor, **{**ring, "edgecolors": draw.BLUE, "label": "new candidate"}
-    )
+        draw.true(axes, true)
+    draw.found(a, d.two.positions)
+    draw.found(c, d.first[None], "candidate", linestyles="--")
+    draw.found(last, d.second[None], "new candidate", edgecolors=draw.BLUE, linestyles="--")
     draw.legend(figure, a, c, last)
     watch(1.0)
-    return draw.Drawing(6, TITLE, PAPER, sentence(d), figure)
+    return Drawing(6, TITLE, PAPER, sentence(d), figure)
 
 
 def sentence(d: Data) -> str:
