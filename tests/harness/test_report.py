@@ -16,8 +16,6 @@ import numpy as np
 import pytest
 
 from validation.report import write
-from validation.report.room3d import creases
-from validation.report.slices import section
 
 HOSTILE = "</script><script>alert('x')</script> & <b>"
 STRANGE = "a b%20#?<i>&'\""  # a folder's name may hold all of these
@@ -125,6 +123,48 @@ def pages(out: Path) -> list[Path]:
     return [out / "index.html", *sorted(out.glob("cases/*/index.html"))]
 
 
+FIGURE = r'<script type="application/json" data-figure="([^"]+)">(.*?)</script>'
+FIGURES = {"room", "slice-D", "slice-L", "slice-V", "curve"}
+
+
+def figures(path: Path) -> dict[str, Any]:
+    """The Plotly figures of a page; JSON without NaN, which browsers refuse."""
+
+    def refuse(constant: str) -> None:
+        raise AssertionError(f"{path} has {constant}")
+
+    found = re.findall(FIGURE, path.read_text(encoding="utf-8"))
+    for name, _ in found:
+        assert f'id="{name}"' in path.read_text(encoding="utf-8")
+    return {name: json.loads(text, parse_constant=refuse) for name, text in found}
+
+
+def test_figures_are_of_this_page_alone_and_upload_nothing(run: Path) -> None:
+    write(run)
+    for path in pages(run):
+        for name, figure in figures(path).items():
+            text = json.dumps(figure)
+            assert not re.search(r"(?i)https?:|uid", re.sub(r'"[^"]{200,}"', "", text)), name
+            config = figure["config"]
+            assert config["plotlyServerURL"] == "" and config["responsive"]
+            assert not {"sendDataToCloud", "editInChartStudio"} & set(*config["modeBarButtons"])
+
+
+def test_lights_near_the_slice_are_drawn_on_it(run: Path) -> None:
+    """Of two true lights one lies in the slice at 1.5 m, with the found one; one 1.4 m above."""
+    write(run)
+    page = run / "cases/box_one-direct-0.0/index.html"
+    drawn = figures(page)
+    for name in FIGURES - {"room", "curve"}:
+        named = {t["name"]: t for t in drawn[name]["data"] if "hovertext" in t}
+        assert {k: (t["x"], t["y"]) for k, t in named.items()} == dict.fromkeys(
+            ("true", "found"), ([1], [2])
+        )
+    assert "1 true or found lie farther off" in page.read_text()
+    kinds = {t["name"] for t in drawn["room"]["data"] if "hovertext" in t}
+    assert kinds == {"true", "found", "missed"}
+
+
 def test_every_link_leads_to_a_file_and_nothing_is_fetched(run: Path) -> None:
     assert write(run) == run / "index.html"
     assert len(pages(run)) == 11
@@ -133,7 +173,7 @@ def test_every_link_leads_to_a_file_and_nothing_is_fetched(run: Path) -> None:
             assert not re.match(r"(?i)(https?:)?//", link), f"{path} loads {link}"
             if not link.startswith("data:"):
                 assert (path.parent / unquote(link)).is_file(), f"{path} links to {link}"
-    for asset in ("style.css", "report.js", "room.js"):
+    for asset in ("style.css", "report.js", "figures.js"):
         assert "//" not in re.sub(r"(?m)(^|\s)//.*$", "", (run / "assets" / asset).read_text())
     assert [path.parent.name for path in run.rglob("plotly.min.js")] == ["assets"]
 
@@ -178,7 +218,9 @@ def test_a_missing_or_broken_picture_is_said_and_the_rest_drawn(
 
 def test_numbers_that_are_not_finite_are_dashes(run: Path) -> None:
     text = (write(run).parent / "cases/box_one-full-0.0/index.html").read_text()
-    assert "NaN" not in text.split("room-data")[0] and ">nan" not in text and "None" not in text
+    said = re.sub(FIGURE, "", text)
+    assert "NaN" not in said and ">nan" not in said and "None" not in said
+    assert set(figures(run / "cases/box_one-full-0.0/index.html")) == FIGURES
     merged = (run / "report.json").read_text()
     assert "NaN" not in merged and json.loads(merged)["cases"][0]["search"]["chi2_per_dof"] is None
 
@@ -240,9 +282,3 @@ def test_the_report_needs_no_renderer(run: Path) -> None:
     block = "import sys; sys.modules.update(dict.fromkeys(('mitsuba','drjit','lightloc','render')))"
     draw = "from pathlib import Path; from validation.report import write; write(Path(sys.argv[1]))"
     subprocess.run([sys.executable, "-c", f"{block}; {draw}", str(run)], check=True)
-
-
-def test_a_box_shows_its_twelve_edges_and_no_diagonal() -> None:
-    assert len(creases(BOX, FACES, 1e-6)) == 12
-    walls = section({"vertices": BOX, "faces": FACES}, 1.5)
-    assert np.linalg.norm(walls[:, 0] - walls[:, 1], axis=1).sum() == pytest.approx(2 * (4 + 5))

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from test_report import a_result, save_run
+from test_report import a_result, figures, save_run
 from test_studies import record
 from typer.testing import CliRunner
 
@@ -115,8 +115,7 @@ def test_page_says_what_was_asked_what_came_out_and_how_to_repeat_it(ran):
     assert '<code id="command">lightloc study many --scenes 2</code>' in text
     listed = re.findall(r'<tr data-outcome="(\w+)">\s*<td data-sort="([^"]*)"', text)
     assert listed == [("crashed", "lights-20-001"), ("shown", "lights-15-000")]
-    data = re.search(r'id="curve-data">(.*?)</script>', text)
-    assert data and json.loads(data[1])["lines"][0]["x"] == [8, 10, 15, 20]
+    assert figures(page)["curve"]["data"][0]["x"] == [8, 10, 15, 20]
     for link in links(page):
         assert not re.match(r"(?i)(https?:)?//", link)
         assert link.startswith("data:") or (page.parent / link).is_file(), link

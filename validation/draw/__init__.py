@@ -1,15 +1,19 @@
-"""How figures and pages are drawn.
+"""The one room that draws: Plotly figures for pages, matplotlib figures for print, pictures.
 
 For other rooms, in pipeline order. On pages:
 
-- `srgb`: linear values as sRGB bytes.
-- `css`: three bytes as CSS writes a colour.
-- `stops`: a colour map as a few colours of CSS.
-- `place`: places of a room as colours.
-- `paint`: values as an image, by a colour map.
-- `png`: an image as the bytes of a PNG file.
+- `Light`: a light to be marked, and whether it was found.
+- `room`: a room in 3D, from room.npz.
+- `slices`: D, L and V on a plane, from fields.npz.
+- `search_curve`: a search's chi-square, step by step.
+- `study_curve`: what a study measured.
+- `embedded`: a figure as JSON that a page holds.
+- `script`: plotly.js, which draws it there.
+- `developed`: a camera's view as a picture.
+- `difference`: the difference of two views.
+- `DIFFERENCE`: the colours of that one, for a bar.
 
-In print, by matplotlib:
+In print:
 
 - `canvas`: an empty figure.
 - `plane`: axes of a 2D room.
@@ -32,19 +36,27 @@ In print, by matplotlib:
 - `written`: a figure as PNG or SVG.
 """
 
-from validation.draw.colours import css, paint, place, png, srgb, stops
+from validation.draw.curves import search_curve, study_curve
 from validation.draw.fields import field, limiters, logarithmic, outline_colours, votes, walls
-from validation.draw.marks import BLUE, GREEN, RED
+from validation.draw.marks import BLUE, GREEN, RED, Light
+from validation.draw.page import embedded, script
+from validation.draw.planes import slices
 from validation.draw.prints import canvas, found, frame, legend, plane, true, written
+from validation.draw.room3d import room
 from validation.draw.solid import cloud, radiance_points, space
+from validation.draw.views import DIFFERENCE, developed, difference
 
 __all__ = [
-    "srgb",
-    "css",
-    "stops",
-    "place",
-    "paint",
-    "png",
+    "Light",
+    "room",
+    "slices",
+    "search_curve",
+    "study_curve",
+    "embedded",
+    "script",
+    "developed",
+    "difference",
+    "DIFFERENCE",
     "canvas",
     "plane",
     "outline_colours",

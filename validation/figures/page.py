@@ -27,21 +27,7 @@ MARKS = (
 
 @dataclass(frozen=True, eq=False)
 class Drawing:
-    """A figure with its captions.
-
-    Parameters
-    ----------
-    number
-        Of the paper's figure.
-    title
-        Ours, short.
-    paper
-        What the paper's figure shows, in our words.
-    ours
-        What this one shows, with its measured figures.
-    figure
-        To be written.
-    """
+    """A figure of the paper's number, our title, what the paper's shows, and what ours shows."""
 
     number: int
     title: str

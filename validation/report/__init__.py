@@ -1,10 +1,8 @@
 """Draw a validation run as pages that open from disk: no rendering, and no network."""
 
-from collections.abc import Iterable
 from pathlib import Path
 
-from plotly.offline import get_plotlyjs
-
+from validation.draw import script
 from validation.jobs import write_text
 from validation.records import read_result, read_suite
 from validation.report.pages import TEMPLATES, environment, write_case, write_index
@@ -13,8 +11,7 @@ from validation.report.tables import write_csv, write_json, write_junit
 
 __all__ = ["write", "write_study"]
 
-ASSETS = ("style.css", "report.js", "room.js")
-STUDY_ASSETS = ("study.js",)
+ASSETS = ("style.css", "report.js", "figures.js")
 
 
 def write(out: Path) -> Path:
@@ -36,8 +33,7 @@ def write(out: Path) -> Path:
     read = [read_result(out / "cases" / name) for name in suite.cases]
     results = [result for result, _ in read]
     pages = environment()
-    _write_assets(out, ASSETS)
-    write_text(out / "assets" / "plotly.min.js", get_plotlyjs())
+    _write_assets(out)
     for index in range(len(results)):
         write_case(out, suite, results, index, pages)
     write_json(out, suite_content, [content for _, content in read])
@@ -47,8 +43,6 @@ def write(out: Path) -> Path:
         write_study_page(source, out / f"study-{source.parent.name}.html", pages, suite.suite)
         for source in find_all(out)
     ]
-    if studies:
-        _write_assets(out, STUDY_ASSETS)
     return write_index(out, suite, results, pages, studies)
 
 
@@ -60,12 +54,12 @@ def write_study(out: Path) -> Path:
         ValueError: the file is missing or broken.
     """
     study = write_study_page(out / "study.json", out / "index.html", environment(), root="../")
-    _write_assets(out.parent, ("style.css", "report.js", *STUDY_ASSETS))
-    write_text(out.parent / "assets" / "plotly.min.js", get_plotlyjs())
+    _write_assets(out.parent)
     return study.page
 
 
-def _write_assets(out: Path, names: Iterable[str]) -> None:
-    """Copy the templates' own files to OUT/assets."""
-    for name in names:
+def _write_assets(out: Path) -> None:
+    """Copy what all pages share to OUT/assets."""
+    for name in ASSETS:
         write_text(out / "assets" / name, (TEMPLATES / name).read_text(encoding="utf-8"))
+    write_text(out / "assets" / "plotly.min.js", script())

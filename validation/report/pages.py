@@ -11,14 +11,13 @@ from urllib.parse import quote
 import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+from validation.draw import embedded, room, search_curve
 from validation.jobs import write_text
 from validation.records import Result, Suite
-from validation.report.curve import curve
 from validation.report.matrix import matrix
 from validation.report.pictures import draw_view
-from validation.report.room3d import room_data
-from validation.report.rows import light_rows
-from validation.report.slices import draw_slices, near_words
+from validation.report.rows import light_marks, light_rows
+from validation.report.slices import draw_slices
 from validation.report.studies import StudyPage
 
 from . import words
@@ -100,23 +99,24 @@ def write_case(
     """Write OUT/cases/NAME/index.html and the pictures beside it."""
     result = results[index]
     folder = out / "cases" / result.name
-    room = _load(folder / "room.npz")
-    fields, view = _load(folder / "fields.npz"), _load(folder / "view.npz")
-    slices = _draw(
-        fields, lambda arrays: draw_slices(folder, arrays, room.drawn, result), "the slices"
-    )
+    lights = light_marks(result)
+    solid, fields, view = (_load(folder / f"{name}.npz") for name in ("room", "fields", "view"))
+    curve = search_curve(result.search.history) if result.search else None
     text = pages.get_template("case.html.j2").render(
         root="../../",
         suite=suite,
         result=result,
         before=results[index - 1] if index > 0 else None,
         after=results[index + 1] if index + 1 < len(results) else None,
-        room=_draw(room, lambda arrays: room_data(result, arrays), "the room in 3D"),
+        room=_draw(solid, lambda arrays: embedded(room(arrays, lights)), "the room in 3D"),
         view=_draw(view, lambda arrays: draw_view(folder, arrays), "the camera's view"),
-        slices=slices,
-        near=near_words(slices.drawn) if slices.drawn else "",
+        slices=_draw(
+            fields,
+            lambda arrays: draw_slices(arrays, solid.drawn, lights, result.diagonal),
+            "the slices",
+        ),
         lights=light_rows(result),
-        curve=curve(result.search.history) if result.search else None,
+        curve=embedded(curve) if curve else None,
         timings=_timings(result),
         files=[(name, text) for name, text in FILES.items() if (folder / name).is_file()],
     )

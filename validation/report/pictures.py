@@ -7,14 +7,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from validation.draw import paint, png, srgb, stops
+from validation.draw import DIFFERENCE, developed, difference
 from validation.jobs import write_bytes
 
 WHITE_PERCENTILE = 99.0  # this percentile of the rendered view ...
 WHITE_LEVEL = 0.9  # ... is shown at this share of the display's white, so few pixels burn out
 DIFFERENCE_PERCENTILE = 99.5  # the difference's scale leaves out the rare bright pixel
 DIFFERENCE_FLOOR = 0.01  # of white: smaller differences are not blown up to look like large ones
-NOT_FINITE = (255, 0, 255)
 
 
 @dataclass(frozen=True)
@@ -35,7 +34,7 @@ class View:
     scale_percent: float
     rms_percent: float
     not_finite: int
-    stops: list[str]
+    stops: tuple[str, ...]
 
 
 def draw_view(folder: Path, arrays: Mapping[str, NDArray[np.floating]]) -> View:
@@ -54,23 +53,21 @@ def draw_view(folder: Path, arrays: Mapping[str, NDArray[np.floating]]) -> View:
     lit = rendered[np.isfinite(rendered)]
     bright = float(np.percentile(lit, WHITE_PERCENTILE)) if lit.size else 0.0
     white = bright / WHITE_LEVEL if bright > 0 else 1.0
-    write_bytes(folder / "rendered.png", png(_develop(rendered, white)))
+    write_bytes(folder / "rendered.png", developed(rendered, white))
     broken = int(np.sum(~np.isfinite(rendered).all(axis=-1)))
     scale = scale_percent = rms_percent = 0.0
     if again is not None:
-        write_bytes(folder / "rerendered.png", png(_develop(again, white)))
+        write_bytes(folder / "rerendered.png", developed(again, white))
         broken += int(np.sum(~np.isfinite(again).all(axis=-1)))
-        difference = (again - rendered).mean(axis=-1)
-        sizes = np.abs(difference[np.isfinite(difference)])
+        apart = (again - rendered).mean(axis=-1)
+        sizes = np.abs(apart[np.isfinite(apart)])
         largest = float(np.percentile(sizes, DIFFERENCE_PERCENTILE)) if sizes.size else 0.0
         scale = max(largest, DIFFERENCE_FLOOR * white)
         mean = float(lit.mean()) if lit.size else 0.0
         if mean > 0 and sizes.size:
             scale_percent = 100 * scale / mean
             rms_percent = 100 * float(np.sqrt(np.mean(sizes**2))) / mean
-        painted = paint(difference, -scale, scale, "difference")
-        painted[~np.isfinite(difference)] = (*NOT_FINITE, 255)
-        write_bytes(folder / "difference.png", png(painted))
+        write_bytes(folder / "difference.png", difference(apart, scale))
     return View(
         rendered="rendered.png",
         rerendered="rerendered.png" if again is not None else None,
@@ -82,7 +79,7 @@ def draw_view(folder: Path, arrays: Mapping[str, NDArray[np.floating]]) -> View:
         scale_percent=scale_percent,
         rms_percent=rms_percent,
         not_finite=broken,
-        stops=stops("difference"),
+        stops=DIFFERENCE,
     )
 
 
@@ -90,10 +87,3 @@ def _picture(name: str, pixels: NDArray[np.floating]) -> NDArray[np.float64]:
     if pixels.ndim != 3 or pixels.shape[2] != 3 or pixels.size == 0:
         raise ValueError(f"{name} has shape {pixels.shape}, and is no picture (h, w, 3)")
     return pixels.astype(np.float64)
-
-
-def _develop(linear: NDArray[np.float64], white: float) -> NDArray[np.uint8]:
-    fine = np.asarray(np.isfinite(linear).all(axis=-1))
-    pixels = srgb(np.where(fine[..., None], linear, 0) / white)
-    pixels[~fine] = NOT_FINITE
-    return pixels

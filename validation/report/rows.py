@@ -1,9 +1,10 @@
-"""Rows of a case page's table of lights: each true light beside the found one matched to it."""
+"""A case's lights: rows of the page's table, and marks in its figures."""
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from validation.draw import Light
 from validation.records import FoundLight, Pair, Result, TrueLight
 from validation.report.words import intensity, measured, metres, number, percent
 
@@ -41,11 +42,36 @@ def light_rows(result: Result) -> list[LightRow]:
     return rows
 
 
+def light_marks(result: Result) -> list[Light]:
+    """A case's lights as its figures show them."""
+    if result.lights is None or result.comparison is None:
+        return []
+    true, comparison = result.lights.true, result.comparison
+    marks = []
+    for i, light in enumerate(true):
+        text = f"true light {i + 1}: {intensity(light.intensity)}"
+        marks.append(Light("missed" if i in comparison.missed else "true", light.position, text))
+    partner = {pair.found: pair for pair in comparison.pairs}
+    for i, light in enumerate(result.lights.found):
+        text = f"found light {i + 1}: {intensity(light.intensity)}<br>"
+        pair = partner.get(i)
+        if pair is None:
+            text += "a ghost: no true light is near"
+            marks.append(Light("ghost", light.position, text))
+            continue
+        off = f"{metres(pair.distance)} ({percent(pair.distance_percent)})"
+        text += f"{off} from true light {pair.true + 1}"
+        marks.append(Light("found", light.position, text, true[pair.true].position))
+    return marks
+
+
 def deviation(true: TrueLight, found: FoundLight) -> float | None:
     """Return the position's error in standard errors, the root mean square over the axes.
 
     About 1 where the standard errors are honest; None where one is missing or zero.
 
+    Examples
+    --------
     >>> true = TrueLight(position=[0, 0, 0], intensity=[1])
     >>> deviation(true, FoundLight(position=[2, 2, 2], intensity=[1], position_error=[1, 1, 1]))
     2.0

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 
 from jinja2 import Environment
 
+from validation.draw import embedded, study_curve
 from validation.jobs import write_text
 from validation.records import Document, Row, Scene, read_checked
 from validation.studies import NAMES
@@ -82,7 +83,7 @@ def write_study_page(
         kinds=KINDS,
         kind_names=NAMED,
         kind_of=kind_of,
-        curve=asdict(study.curve) if study.curve else None,
+        curve=embedded(study_curve(study.curve)) if study.curve else None,
         ended=len(study.scenes),
         planned=sum(row.planned for row in study.rows if row.name != "every row"),
         downloads=[
