@@ -33,13 +33,21 @@ PAPER = (
 class End:
     """Where the algorithm ended.
 
-    Args:
-        first, last: its first state, and the last that has votes.
-        lights: the answer, or where there is none, the optimized lights of least error.
-        mse: of those.
-        reason: why it ended.
-        told_apart: in how many iterations the two closest lights had a candidate each, nearer to
-            it than to the other.
+    Parameters
+    ----------
+    scene
+        Where it ran.
+    first, last
+        Its first state, and the last that has votes.
+    lights
+        The answer, or where there is none, the optimized lights of least error.
+    mse
+        Of those.
+    reason
+        Why it ended.
+    told_apart
+        In how many iterations the two closest lights had a candidate each, nearer to it than to
+        the other.
     """
 
     scene: Scene

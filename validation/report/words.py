@@ -28,6 +28,8 @@ BRDFS = {"mixed": "mixed materials"}
 def number(value: float | None, digits: int = 3) -> str:
     """Write a number with so many significant digits; a dash where there is none.
 
+    Examples
+    --------
     >>> [number(value) for value in (None, float("inf"), 0, -0.5, 1.2345, 999.9, 1e6, 2.5e-7)]
     ['–', '–', '0', '−0.5', '1.23', '1000', '10⁶', '2.5·10⁻⁷']
     """
