@@ -41,7 +41,7 @@ test-fast: lint  ## laws, agreement with the renderer, prose: in two minutes
 test: lint  ## all that CI runs: in ten minutes
 	$(PYTEST) -m 'not long'
 
-test-long: lint  ## the rest: mutants, and the rate of the hard set; five minutes
+test-long: lint  ## the rest: mutants, and the solve rate on the hard set; five minutes
 	$(BIN)/python -m pytest -m long
 
 test-all: setup  ## the fast tests on Python 3.11 to 3.13, with the oldest and the newest libraries

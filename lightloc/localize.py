@@ -1,4 +1,4 @@
-"""The method on one page: remove indirect light, search, polish, judge."""
+"""The method on one page: remove indirect light, search a sample, settle over all, conclude."""
 
 from __future__ import annotations
 
@@ -102,6 +102,10 @@ def localize(
     o = options or METHODS[method]()
     if not isinstance(o, METHODS[method]):
         raise ValueError(f"method '{method}' takes {METHODS[method].__name__} as its options")
+    if isinstance(o, Paper) and indirect is not None:
+        raise ValueError("method 'paper' renders no interreflected light; leave out indirect")
+    if isinstance(o, Options) and surface is not None:
+        raise ValueError("method 'search' takes no surface")
     if not isinstance(observations, Observations):
         raise ValueError(f"observations are a {type(observations).__name__}; not Observations")
     if geometry is not None and not isinstance(geometry, Geometry):
@@ -115,7 +119,7 @@ def localize(
         seen, o = presumed(seen), replace(o, noise="estimate")
     region = array("bounds", seen.bounds if bounds is None else bounds, (2, 3))
     if (region[0] == region[1]).all():
-        raise ValueError("bounds hold a single position; expected a box to search")
+        raise ValueError("bounds have zero size; expected a box to search")
     direct, way = seen, Way.DIRECT
     if seen.interreflected:
         if geometry is None:
@@ -150,7 +154,7 @@ def without_indirect(
     def search(rest: Observations, start: PointLights | None) -> Localization:
         if start:
             return searched(rest, ground, o, Criterion.of(o), watch, start)
-        # what footnote 1 leaves does not show a wrong model yet: rendered light will tell
+        # whether the model is wrong shows only once indirect light is rendered
         found = searched(rest, ground, o, removed, watch, rough=True)
         # finding no light at this rough stage is no answer
         return found if len(found.lights) else searched(rest, ground, o, removed, watch)

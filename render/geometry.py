@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lightloc import Observations, PointLights
-from lightloc.checks import array
+from lightloc.checks import array, number
 from render.transport import indirect, probe
 
 SHADOW_EPSILON = 8.9e-4  # share of a shadow ray left out at its far end, as in Mitsuba
@@ -65,8 +65,7 @@ class SceneGeometry:
         fewer than two samples, the observations are irradiance, or a position is not finite.
         """
         q = observations
-        if samples < 2:
-            raise ValueError(f"interreflected light takes at least 2 samples; got {samples}")
+        number("samples of interreflected light", samples, 2, whole=True)
         if q.quantity == "irradiance":
             raise ValueError("interreflected irradiance can't be rendered, only radiance")
         places = array("positions", positions, (None, 3))

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lightloc import Observations
+from lightloc.checks import number
 from render.room import Room
 
 Columns = tuple[NDArray[np.float64], NDArray[np.float64]]
@@ -54,6 +55,5 @@ def interreflected(
     >>> H.shape, bool((error > 0).all())
     ((64, 1, 1), True)
     """
-    if spp < 2:
-        raise ValueError(f"interreflected expects spp >= 2; got {spp}")
+    number("interreflected: spp", spp, 2, whole=True)
     return lambda positions: room.geometry.interreflection(positions, q, spp, seed)

@@ -68,7 +68,7 @@ def render_command(
     spp: Annotated[int, typer.Option(help="Path samples per point (full transport).")] = 256,
     seed: SEED = 0,
     transport: Transport = Transport.full,
-    noise: Annotated[float, typer.Option(help="k of the shot noise, as 0.01.")] = 0.0,
+    noise: Annotated[float, typer.Option(help="Shot-noise level k, e.g. 0.01.")] = 0.0,
     set_: SET = [],  # noqa: B006
     view: Annotated[Path | None, typer.Option(help="Also write the camera's view, as EXR.")] = None,
     lights: Annotated[Path | None, typer.Option(help="Also write the true lights, JSON.")] = None,
@@ -113,8 +113,10 @@ app.command("localize")(localize_command)
 def compare_command(
     found: Annotated[Path, typer.Argument(help="Found lights, JSON.")],
     truth: Annotated[str, typer.Argument(help="True lights: JSON, or a scene.")],
-    within: Annotated[float, typer.Option(help="Percent of the diagonal allowed.")] = 1.0,
-    intensity: Annotated[float, typer.Option(help="Percent of intensity allowed.")] = 5.0,
+    within: Annotated[float, typer.Option(help="Allowed error, percent of the diagonal.")] = 1.0,
+    intensity: Annotated[
+        float, typer.Option(help="Allowed error of the intensity, percent.")
+    ] = 5.0,
     set_: SET = [],  # noqa: B006
 ) -> None:
     """Judge found lights by the true ones. Exits with 1 where they differ.
@@ -149,7 +151,7 @@ def compare_command(
 @app.command("validate")
 def validate_command(
     suite: Annotated[str, typer.Option(help="A suite's TOML file, or 'standard'.")] = "standard",
-    case: Annotated[list[str], typer.Option(help="Run this case only, and again.")] = [],  # noqa: B006
+    case: Annotated[list[str], typer.Option(help="Run only this case, even if it is done.")] = [],  # noqa: B006
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder of the results.")] = Path(
         "report"
     ),
@@ -196,10 +198,11 @@ app.command("figures")(figures_command)
 @app.command("report")
 def report_command(
     out: Annotated[
-        Path, typer.Argument(help="A folder that `lightloc validate` or `lightloc study` filled.")
+        Path,
+        typer.Argument(help="A folder that `lightloc validate` filled."),
     ] = Path("report"),
 ) -> None:
-    """Draw OUT/index.html from results; renders nothing."""
+    """Draw OUT/index.html from the results of `lightloc validate`; does not render again."""
     from validation.commands.progress import Bar
     from validation.report import write
 

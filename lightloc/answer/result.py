@@ -31,8 +31,10 @@ class Reason(Enum):
     EXTENDED = (
         "Every observation is explained, by lights of which one is wide, or several close together."
     )
-    NO_GAIN = "The model does not explain the data: a residual is left that no light lowers."
-    MOST_LIGHTS = "The largest number of lights allowed was reached, and a residual is left."
+    NO_GAIN = (
+        "The model does not explain the data: a residual is left that no further light reduces."
+    )
+    MOST_LIGHTS = "The maximum number of lights was reached, and a residual is left."
     DARK = "No light explains these observations better than darkness, which explains them."
     DARKER = "The published method failed: brighter lights would leave less than no light (B' < 0)."
     NO_VOTES = "The published method failed: no position has a vote."
@@ -99,14 +101,15 @@ class Localization:
         Pairs of lights that the data can't tell apart, by their indices.
     resolution : (k,) array
         Two lights nearer to each other than that would look like this one, in the unit of length;
-        infinite where nothing tells. NaN where it was not asked, and for a light that has a width.
+        infinite where nothing tells. NaN where it was not computed, and for a light that has a
+        width.
     width : (k,) array
         How wide each light is, in the unit of length; 0 for a point. A light of some width and
         several lights close together can't be told apart: two equal points so far apart look the
         same. ``residual`` is what lights of that width leave.
     certificate : float
         The largest normalized correlation of the residual with a further light anywhere in the
-        region, in standard errors: about 4 by chance alone. NaN where it was not asked.
+        region, in standard errors: about 4 by chance alone. NaN where it was not computed.
     ambient : (c,) array
         Radiance of the constant ambient term (section 6.3), W sr^-1 m^-2; 0 where none was fitted.
     verdicts : tuple of Verdict

@@ -37,7 +37,7 @@ class Kind(Enum):
 
     TOO_FEW = "fewer observations are lit than there are unknowns"
     UNEXPLAINED = "the model does not explain the data"
-    UNCERTAIN = "a position or an intensity is known too badly"
+    UNCERTAIN = "a position or an intensity is poorly determined"
     CLUSTER = "what was found as one light may be several, or several may be one"
     EXTENDED = "a light is wide, or several close together"
     MIRROR = "the mirror image of a light would look the same"

@@ -10,12 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lightloc.brdf.mixed import Mixed
-from lightloc.brdf.models import Conductor, Lambert, Plastic
 from lightloc.brdf.parameters import Parameters
 from lightloc.brdf.protocol import BRDF, Scatter
-from lightloc.brdf.readings import Irradiance
-
-MODELS: tuple[type[Parameters], ...] = (Lambert, Conductor, Plastic, Irradiance)
 
 
 @dataclass(frozen=True)
@@ -35,6 +31,7 @@ def stored(prefix: str, material: BRDF) -> dict[str, NDArray[Any]]:
 
     Examples
     --------
+    >>> from lightloc.brdf import Lambert
     >>> sorted(stored("material", Lambert(albedo=0.5)))
     ['material', 'material.albedo']
     """
@@ -43,7 +40,7 @@ def stored(prefix: str, material: BRDF) -> dict[str, NDArray[Any]]:
         for b, part in enumerate(material.brdfs):
             keys |= stored(f"{prefix}.{b}", part)
         return keys
-    if isinstance(material, MODELS):
+    if isinstance(material, Parameters):
         named = {f"{prefix}.{name}": value for name, value in material.parameters().items()}
         return {prefix: np.array(type(material).__name__), **named}
     return {
@@ -59,6 +56,7 @@ def restored(prefix: str, keys: Mapping[str, NDArray[Any]]) -> BRDF:
 
     Examples
     --------
+    >>> from lightloc.brdf import Lambert
     >>> float(restored("material", stored("material", Lambert(albedo=0.5))).albedo[0, 0])
     0.5
     """
@@ -71,14 +69,18 @@ def restored(prefix: str, keys: Mapping[str, NDArray[Any]]) -> BRDF:
         return Mixed(parts, keys[f"{prefix}.index"])
     if kind == "SceneMaterial":
         return SceneMaterial(int(keys[f"{prefix}.channels"]))
-    for model in MODELS:
+    for model in models():
         if kind == model.__name__:
             own = [field for field in fields(model) if field.init]  # type: ignore[arg-type]
             named = {field.name: f"{prefix}.{field.name}" for field in own}
             needed = {field.name for field in own if field.default is MISSING}
             given = {k: keys[v] for k, v in named.items() if k in needed or v in keys}
             return model(**given)  # type: ignore[return-value]
-    raise ValueError(f"{prefix} is '{kind}'; expected one of {', '.join(KNOWN)}, Mixed")
+    raise ValueError(
+        f"{prefix} is '{kind}'; expected one of {', '.join(m.__name__ for m in models())}, Mixed"
+    )
 
 
-KNOWN = [model.__name__ for model in MODELS]
+def models(of: type[Parameters] = Parameters) -> list[type[Parameters]]:
+    """All materials whose fields are numbers."""
+    return [each for model in of.__subclasses__() for each in (model, *models(model))]

@@ -252,7 +252,7 @@ class Field:
         lanes = self._lanes(q.k)
         best = search(q, lanes, nothing(lanes, q.k), self._seeds(q))
         ends = [finish(m, w, case % q.k) for case, (m, w) in enumerate(zip(*best, strict=True))]
-        found = Found.room(len(self), q.k)
+        found = Found.empty(len(self), q.k)
         found.put(lanes, ([D for D, _ in ends], [L for _, L in ends]))
         dr.eval(found.most, found.who)
         return found.most, found.who
@@ -268,7 +268,7 @@ class Field:
         what was found search again, and ask each time; without ``ask`` none do.
         """
         seeds, lanes = self._seeds(q), self._lanes(q.k)
-        found = Found.room(len(self), q.k)
+        found = Found.empty(len(self), q.k)
         best = search(q, lanes, nothing(lanes, q.k), seeds)
         if ask and self._occludes:
             hidden = q.hidden(lanes, best[1], self.geometry)

@@ -1,5 +1,8 @@
 """The search for each grid point's limiter, written once as a kernel (Eq. 6, 7; section 4.1).
 
+Where the paper takes the least B / S, the kernel keeps the observation of the largest S / B. L(p)
+is the index of that observation; its point is ``q.positions[L]``.
+
 A lane holds a block of grid points in registers, so that an observation is fetched once for all of
 them, and k radiances, which share S.
 """
@@ -35,7 +38,7 @@ class Found:
     k: int
 
     @staticmethod
-    def room(g: int, k: int) -> Found:
+    def empty(g: int, k: int) -> Found:
         """Memory for it, still without content."""
         f = types()
         return Found(dr.empty(f.Float, g * k), dr.empty(f.UInt32, g * k), g, k)

@@ -123,10 +123,17 @@ class Observations:
         if n == 0:
             raise ValueError("Observations are empty; expected at least one observed point")
         if not brdf.is_brdf(material):
-            raise ValueError(f"Observations.material is a {type(material).__name__}; not a BRDF")
+            said = (
+                "a class; give an instance"
+                if isinstance(material, type)
+                else type(material).__name__
+            )
+            raise ValueError(f"Observations.material is {said}; expected a BRDF")
         if directions is None:
             if not isinstance(material, brdf.Irradiance):
-                raise ValueError("Observations.directions are missing: towards the viewer")
+                raise ValueError(
+                    "Observations.directions are missing; give the directions towards the viewer"
+                )
             directions = normals
         put = object.__setattr__
         put(self, "positions", x)

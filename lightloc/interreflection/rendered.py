@@ -27,6 +27,7 @@ from lightloc.answer import (
     mirrored,
     unexplained,
 )
+from lightloc.checks import number
 from lightloc.fields import intensity_distance
 from lightloc.fit import Criterion, Fit, Problem, inseparable, level_of, resolution, working_sigma
 from lightloc.given import Geometry, Interreflecting, Observations, Options, PointLights
@@ -75,6 +76,7 @@ def rendering(
         return of_used
     if not isinstance(geometry, Interreflecting):
         raise ValueError("this geometry can't render interreflected light; give a function for it")
+    number("indirect", indirect, 2, whole=True)
     room, samples = geometry, indirect
     return lambda positions: room.interreflection(positions, seen, samples, seed)
 

@@ -18,7 +18,8 @@ from lightloc.search.polish import sharpened, spread_of
 from lightloc.search.view import Stage
 
 STAGE = (0.02, 0.005)
-"""Errors, of B, and the width of shadows' edges, of the longest side, while lights are missing."""
+"""Least errors (share of B), and width of shadows' edges (share of the longest side), while lights
+are missing."""
 
 NARROWED = 0.25
 """Share of a stage's errors that is left once they are met."""

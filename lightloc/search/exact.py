@@ -81,7 +81,7 @@ def emptied(ladder: Ladder, whole: Problem) -> tuple[Ladder, Problem]:
 
 
 def surer(problem: Problem) -> Problem:
-    """The same with errors of what is then nothing."""
+    """The problem with standard errors at the arithmetic's own level, which exact data leave."""
     return replace(problem, sigma=problem.sigma * NOTHING)
 
 

@@ -50,7 +50,7 @@ class Ladder:
 
     @staticmethod
     def on(view: View) -> Ladder:
-        """One that has nothing on it but darkness."""
+        """An empty ladder: no lights."""
         return Ladder(view, (view.darkness,), view.darkness, enough=view.is_enough(view.darkness))
 
     @property

@@ -119,16 +119,20 @@ def test_refuses(load, refuses):
     """A standard error needs two samples; positions are (k, 3); a meter is no surface."""
     room = load("box_one")
     q = render.observe(room, points=16, seed=0, transport="direct")
-    with refuses("interreflected expects spp >= 2"):
+    with refuses("interreflected: spp is 1; expected"):
         interreflected(room, q, spp=1)
     with refuses("positions"):
         interreflected(room, q, spp=2)([[0.0, 1.0]])
-    with refuses("interreflected light takes at least 2 samples"):
+    with refuses("samples of interreflected light is 1; expected"):
         room.geometry.interreflection(room.lights.positions, q, 1)
     with refuses("interreflected irradiance"):
         interreflected(room, replace(q, material=Irradiance()))(room.lights.positions)
     both = replace(q, interreflected=True)
     bare = SimpleNamespace(visible=room.geometry.visible, intersect=room.geometry.intersect)
+    with refuses("indirect is 2.5; expected"):
+        localize(both, room.geometry, indirect=2.5)
+    with refuses("method 'paper' renders"):
+        localize(q, room.geometry, method="paper", indirect=16)
     with refuses("this geometry can't render"):
         localize(both, bare, indirect=16)
     with refuses("indirect light can't be removed from irradiance"):

@@ -12,7 +12,7 @@ from lightloc import Observations, PointLights, localize
 from render import relight
 from render.room import Room
 from validation.judge.match import compare
-from validation.suite.case import observe, reasons, rerender
+from validation.suite.case import observe, rerender, shortfalls
 from validation.suite.cases import Case
 
 POINTS = 1500
@@ -30,7 +30,7 @@ def row(scene: str, **more: Any) -> Case:
 def judge(case: Case, room: Room, seen: Observations, geometry: Any) -> list[str]:
     """What `run_case` would say in result.json under "why"."""
     found = localize(seen, geometry, seed=case.seed)
-    return reasons(case, compare(found.lights, room.lights, room.diagonal), found)
+    return shortfalls(case, compare(found.lights, room.lights, room.diagonal), found)
 
 
 def rebuilt(seen: Observations, **changes: Any) -> Observations:
@@ -50,7 +50,7 @@ def control(load):
 def test_control_passes(control):
     """Untouched, the case passes: what fails below fails for its own reason."""
     case, room, _, found = control
-    assert reasons(case, compare(found, room.lights, room.diagonal)) == []
+    assert shortfalls(case, compare(found, room.lights, room.diagonal)) == []
 
 
 def test_light_moved_by_a_hand_fails(control):
@@ -60,7 +60,7 @@ def test_light_moved_by_a_hand_fails(control):
         positions = room.lights.positions.copy()
         positions[i, 0] += 0.1
         wrong = PointLights(positions, room.lights.intensities)
-        (why,) = reasons(case, compare(found, wrong, room.diagonal))
+        (why,) = shortfalls(case, compare(found, wrong, room.diagonal))
         assert "position" in why
 
 
@@ -72,7 +72,7 @@ def test_intensity_off_by_a_tenth_fails(control):
             intensities = room.lights.intensities.copy()
             intensities[i] *= factor
             wrong = PointLights(room.lights.positions, intensities)
-            (why,) = reasons(case, compare(found, wrong, room.diagonal))
+            (why,) = shortfalls(case, compare(found, wrong, room.diagonal))
             assert "intensity" in why
 
 
@@ -80,9 +80,9 @@ def test_light_left_out_or_added_fails(control):
     """A light too few or too many fails, however near the others are."""
     case, room, _, found = control
     one = PointLights(found.positions[:1], found.intensities[:1])
-    why = reasons(case, compare(one, room.lights, room.diagonal))
+    why = shortfalls(case, compare(one, room.lights, room.diagonal))
     assert any("missed" in sentence for sentence in why)
-    why = reasons(case, compare(found, one, room.diagonal))
+    why = shortfalls(case, compare(found, one, room.diagonal))
     assert any("no true light" in sentence for sentence in why)
 
 

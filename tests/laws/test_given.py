@@ -186,5 +186,5 @@ def test_refusals(refuses):
         Observations(positions=[[0, 0, 0]], normals=[[0, 0, 1]], radiance=[1], material=Lambert(1))
     with refuses("Observations are empty"):
         localize(replace(q, saturated=np.ones(n)))
-    with refuses("bounds hold a single position"):
+    with refuses("bounds have zero size"):
         localize(q, bounds=[[0.5, 0.5, 0], [0.5, 0.5, 0]])

@@ -40,8 +40,9 @@ def localize_command(
         int,
         typer.Option(
             min=0,
-            help="Samples per light, to render indirect light of what is found (needs --scene); "
-            "0: remove it with the observations themselves, which asks for a largely diffuse room.",
+            help="Paths per observation and light, to render the indirect light of the lights found "
+            "(needs --scene); 0: remove it with the observations themselves, which requires a "
+            "largely diffuse room.",
         ),
     ] = 0,
     ambient: Annotated[bool, typer.Option(help="Fit a constant ambient term too.")] = False,

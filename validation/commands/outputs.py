@@ -12,7 +12,7 @@ SET = Annotated[
     list[str], typer.Option("--set", help="A value for a scene parameter, as alpha=0.2.")
 ]
 
-SEED = Annotated[int, typer.Option(min=0, help="Of everything random: same seed, same bytes.")]
+SEED = Annotated[int, typer.Option(min=0, help="Random seed: the same seed, the same output.")]
 
 
 def parameters(settings: list[str]) -> dict[str, str]:

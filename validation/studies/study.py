@@ -121,7 +121,9 @@ def _goals(rows: Sequence[Row]) -> str:
     ]
     if missed:
         return f"{len(missed)} of {len(judged)} goals missed: {'; '.join(missed)}."
-    return f"All {len(judged)} goals met." if judged else ""
+    if not judged:
+        return ""
+    return "The one goal is met." if len(judged) == 1 else f"All {len(judged)} goals met."
 
 
 def _state(study: Study, rows: Sequence[Row]) -> str:

@@ -59,9 +59,9 @@ def run_case(case: Case, folder: Path, command: str) -> dict[str, Any]:
         indirect = render.interreflected(room, seen, spp=case.rendered, seed=case.seed + THIRD_SEED)
     found = localize(seen, room.geometry, indirect=indirect, seed=case.seed)
     clock.lap("localize")
-    verdict = compare(found.lights, room.lights, room.diagonal)
+    comparison = compare(found.lights, room.lights, room.diagonal)
     again = rerender(case, room, seen, found.lights)
-    why = reasons(case, verdict, found)
+    why = shortfalls(case, comparison, found)
     sphere = None
     if case.closed_form:
         sphere, more = judge_sphere(seen, room.lights, room.geometry, case.seed)
@@ -89,7 +89,7 @@ def run_case(case: Case, folder: Path, command: str) -> dict[str, Any]:
         ),
         diagonal=room.diagonal,
         lights=Lights(true=true_lights(room.lights), found=found_lights(found)),
-        comparison=compared(verdict),
+        comparison=compared(comparison),
         rerender=again,
         closed_form=ClosedForm(**sphere) if sphere else None,
         search=searched(found),
@@ -115,20 +115,22 @@ def observe(case: Case, room: Room, seed: int) -> Observations:
     )
 
 
-def reasons(case: Case, verdict: Comparison, found: Localization | None = None) -> list[str]:
-    """Why the verdict falls short of the row, a sentence each; empty where it holds.
+def shortfalls(case: Case, comparison: Comparison, found: Localization | None = None) -> list[str]:
+    """Why the comparison falls short of the row, a sentence each; empty where it holds.
 
     Right lights with an answer that does not believe them fall short too, where light is direct:
     there the model is the renderer's own.
     """
     why = []
-    if not verdict.count_right:
-        why.append(f"{verdict.count_found} lights were found where there are {verdict.count_true}.")
-    why += [f"True light {i + 1} was missed." for i in verdict.missed]
-    why += [f"Found light {j + 1} is no true light." for j in verdict.ghosts]
+    if not comparison.count_right:
+        why.append(
+            f"{comparison.count_found} lights were found where there are {comparison.count_true}."
+        )
+    why += [f"True light {i + 1} was missed." for i in comparison.missed]
+    why += [f"Found light {j + 1} is no true light." for j in comparison.ghosts]
     for what, worst, limit in (
-        ("position", verdict.worst_position_percent, case.position_percent),
-        ("intensity", verdict.worst_intensity_percent, case.intensity_percent),
+        ("position", comparison.worst_position_percent, case.position_percent),
+        ("intensity", comparison.worst_intensity_percent, case.intensity_percent),
     ):
         if worst is not None and not worst <= limit:
             why.append(f"The worst {what} is off by {worst:.3g} %; the row allows {limit:g} %.")
@@ -213,19 +215,19 @@ def found_lights(found: Localization) -> list[FoundLight]:
     ]
 
 
-def compared(verdict: Comparison) -> records.Comparison:
-    """The judge's verdict."""
+def compared(comparison: Comparison) -> records.Comparison:
+    """The judge's comparison."""
     return records.Comparison(
-        count_true=verdict.count_true,
-        count_found=verdict.count_found,
-        count_right=verdict.count_right,
-        precision=verdict.precision,
-        recall=verdict.recall,
-        pairs=[records.Pair(**asdict(pair)) for pair in verdict.pairs],
-        missed=list(verdict.missed),
-        ghosts=list(verdict.ghosts),
-        worst_position_percent=verdict.worst_position_percent,
-        worst_intensity_percent=verdict.worst_intensity_percent,
+        count_true=comparison.count_true,
+        count_found=comparison.count_found,
+        count_right=comparison.count_right,
+        precision=comparison.precision,
+        recall=comparison.recall,
+        pairs=[records.Pair(**asdict(pair)) for pair in comparison.pairs],
+        missed=list(comparison.missed),
+        ghosts=list(comparison.ghosts),
+        worst_position_percent=comparison.worst_position_percent,
+        worst_intensity_percent=comparison.worst_intensity_percent,
     )
 
 
