@@ -36,6 +36,8 @@ def whole(path: str | Path) -> Iterator[Path]:
     ('all of it', 1)
     """
     path = Path(path)
+    if not path.parent.is_dir():
+        raise FileNotFoundError(f"{path.parent}: no such folder")
     part = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
     try:
         yield part
@@ -56,7 +58,7 @@ def archive(path: str | Path, what: str, formats: Sequence[str]) -> dict[str, ND
     except FileNotFoundError:
         raise ValueError(f"{path}: no such file") from None
     except UNREADABLE:
-        raise ValueError(f"{path}: not an {what} file (.npz)") from None
+        raise ValueError(f"{path}: not a file of {what} (.npz)") from None
     if str(keys.get("format")) not in formats:
         found = keys.get("format")
         said = "it names no format" if found is None else f"its format is '{found}'"

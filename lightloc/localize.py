@@ -114,18 +114,27 @@ def localize(
             "intersect, such as render.load(...).geometry"
         )
     used = ~observations.saturated
+    if not used.any():
+        raise ValueError("all observations are saturated; expected at least one that is not")
     seen = observations if used.all() else observations.at(used)
     if isinstance(o, Options) and seen.sigma is None:
         seen, o = presumed(seen), replace(o, noise="estimate")
-    region = array("bounds", seen.bounds if bounds is None else bounds, (2, 3))
-    if (region[0] == region[1]).all():
-        raise ValueError("bounds have zero size; expected a box to search")
+    region = array("bounds", observations.bounds if bounds is None else bounds, (2, 3))
+    if (region[1] < region[0]).any() or (region[0] == region[1]).all():
+        raise ValueError("bounds are no box: expected a lower corner and, beyond it, an upper one")
     direct, way = seen, Way.DIRECT
     if seen.interreflected:
         if geometry is None:
             raise ValueError("interreflected light can't be removed without the geometry")
+        if indirect is None and not used.all():
+            raise ValueError(
+                "footnote 1 would gather from points that are saturated; give indirect, to render "
+                "interreflected light"
+            )
         direct, way = remove_indirect(seen, geometry, seed), Way.GATHERED
     if isinstance(o, Paper):
+        if surface is not None and not used.all():
+            raise ValueError("a surface has a place for each observation, and some are saturated")
         found = published(direct, geometry, region, o, surface, watch)
         return replace(among(found, used), way=way)
     with one_blas_thread():

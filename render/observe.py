@@ -136,7 +136,8 @@ def remeasure(room: Room, q: Observations, *, spp: int = 256, seed: int = 0) -> 
     if q.interreflected:
         more, sigma = indirect(room.scene, si, spp, seed)
         B = B + more
-    return q.with_radiance(B[:, : q.channels], sigma[:, : q.channels])
+    measured = q.with_radiance(B[:, : q.channels], sigma[:, : q.channels])
+    return replace(measured, saturated=np.zeros(len(q), bool), step=0.0)
 
 
 def observations(

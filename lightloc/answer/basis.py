@@ -64,10 +64,10 @@ class Noise:
     ----------
     law : NoiseLaw
         Where the standard errors came from.
-    scale : float
+    scale : (c,) array
         The factor on standard errors that were given, or presumed where none were; 1 where they
         were taken as given.
-    scale_error : float
+    scale_error : (c,) array
         Standard error of that factor; 0 where it was not estimated.
     outliers : (n, c) array of bool
         Which residuals lie beyond `Options.outlier` standard errors, in magnitude.
@@ -77,13 +77,13 @@ class Noise:
     >>> import numpy as np
     >>> from lightloc import Noise, NoiseLaw
     >>> far = np.array([[False], [False], [True], [False]])
-    >>> Noise(NoiseLaw.ESTIMATED, scale=1.2, scale_error=0.1, outliers=far).share
+    >>> Noise(NoiseLaw.ESTIMATED, scale=[1.2], scale_error=[0.1], outliers=far).share
     0.25
     """
 
     law: NoiseLaw
-    scale: float
-    scale_error: float
+    scale: NDArray[np.float64]
+    scale_error: NDArray[np.float64]
     outliers: NDArray[np.bool_] = field(repr=False)
 
     @property

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import norm
 
 from lightloc.answer.basis import Assumption, Count, Noise, NoiseLaw
 from lightloc.answer.result import Localization, Reason, Step
@@ -17,6 +18,9 @@ from lightloc.given import Observations, Options, PointLights
 
 SPREAD = 1.17
 """Standard error of a standard deviation that is estimated by the median, times sqrt(n) over it."""
+
+RARE = 0.00135
+"""Chance that a Gaussian error exceeds `MARGIN`; of any error at all, where sigma is estimated."""
 
 MARGIN = 3.0
 """Standard errors on top of B before D bounds an intensity: one in a thousand B is lower still."""
@@ -59,7 +63,12 @@ def localization(
     was not asked and the other is 0.
     """
     lights = fit.lights
-    top, _ = intensity_distance(q, lights.positions, problem.geometry, margin=MARGIN)
+    top, _ = intensity_distance(
+        q.with_radiance(q.radiance, problem.sigma) if o.noise == "estimate" or q.step else q,
+        lights.positions,
+        problem.geometry,
+        margin=MARGIN if o.noise == "given" else float(norm.isf(RARE / len(q))),
+    )
     ambient = np.zeros(q.channels)
     if problem.ambient is not None:
         lit = lights if points is None else points
@@ -98,7 +107,8 @@ def localization(
 def noise_of(q: Observations, problem: Problem, fit: Fit, o: Options) -> Noise:
     """What was taken for noise: of the errors' common factor, where it was estimated, how large."""
     outliers = np.abs(fit.residual) > o.outlier
+    one = np.ones(q.channels)
     if o.noise == "given":
-        return Noise(NoiseLaw.GIVEN, 1.0, 0.0, outliers)
-    scale = float(np.median(problem.sigma / working_sigma(q, o)))
+        return Noise(NoiseLaw.GIVEN, one, 0 * one, outliers)
+    scale = np.median(problem.sigma / working_sigma(q, o), axis=0)
     return Noise(NoiseLaw.ESTIMATED, scale, SPREAD * scale / np.sqrt(problem.rows), outliers)

@@ -268,8 +268,11 @@ class Localization:
             return Localization(**fields)
         except KeyError as missing:
             raise ValueError(f"{path}: field {missing} is missing or unknown") from None
-        except (TypeError, AttributeError) as error:
-            raise ValueError(f"{path}: {error}") from None
+        except (TypeError, AttributeError, IndexError) as error:
+            raise ValueError(f"{path}: a field is broken: {error}") from None
+        except ValueError as error:
+            said = str(error)
+            raise ValueError(said if said.startswith(f"{path}: ") else f"{path}: {said}") from None
 
     def __str__(self) -> str:
         rows = [f"{len(self.lights)} light(s). {self.reason.value}"]

@@ -114,16 +114,34 @@ def read(path: str | Path) -> dict[str, Any]:
     except json.JSONDecodeError:
         raise ValueError(f"{path}: field answer is no JSON") from None
     noise, counts = answer["noise"], answer["counts"]
+    found = lights()
+    (k, c), shape = found.intensities.shape, keys["residual"].shape
+    for name, want in {
+        **dict.fromkeys(("resolution", "width"), (k,)),
+        **dict.fromkeys(("intensity_error", "bound"), (k, c)),
+        **dict.fromkeys(("direct", "sigma", "outliers"), shape),
+        "position_error": (k, 3),
+        "ambient": shape[1:],
+    }.items():
+        if keys[name].shape != want:
+            raise ValueError(f"{path}: {name} has shape {keys[name].shape}; expected {want}")
+    pairs = [tuple(pair) for pair in answer["inseparable"]]
+    of = [i for each in (*pairs, *(v["lights"] for v in answer["verdicts"])) for i in each]
+    if not all(i in range(k) for i in of) or any(len(pair) != 2 for pair in pairs):
+        raise ValueError(f"{path}: names a light that it does not hold")
     return {
-        "lights": lights(),
+        "lights": found,
         **{name: keys[name] for name in ARRAYS},
         **{name: answer[name] for name in ("chi2", "certificate", "relative", "unit")},
-        "inseparable": tuple((a, b) for a, b in answer["inseparable"]),
+        "inseparable": tuple(pairs),
         "verdicts": tuple(
             Verdict(Kind[v["kind"]], tuple(v["lights"]), v["sentence"]) for v in answer["verdicts"]
         ),
         "noise": Noise(
-            NoiseLaw[noise["law"]], noise["scale"], noise["scale_error"], keys["outliers"]
+            NoiseLaw[noise["law"]],
+            np.array(noise["scale"], float),
+            np.array(noise["scale_error"], float),
+            keys["outliers"],
         ),
         "counts": tuple(
             Count(lights(f"counts.{i}."), c["chi2"], c["likely"]) for i, c in enumerate(counts)

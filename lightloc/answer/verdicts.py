@@ -142,7 +142,7 @@ def mirrored(
     x = np.stack([np.array(v, np.float64) for v in problem.surfels.x], axis=1)
     middle = x.mean(axis=0)
     _, s, axes = np.linalg.svd(x - middle, full_matrices=False)
-    if len(problem.axes) < 3 or s[2] > PLANAR * s[0] or not len(lights):
+    if len(problem.axes) < 3 or not len(lights) or len(s) < 3 or s[2] > PLANAR * s[0]:
         return []
     across = axes[2]
     cost = criterion.likelihood.cost(residuals(problem, lights), level)

@@ -17,7 +17,7 @@ from lightloc.brdf.protocol import BRDF, Bounded, Scatter, is_brdf
 from lightloc.checks import numbers
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Mixed:
     """A different BRDF at each point: point i has ``brdfs[index[i]]``.
 
@@ -65,7 +65,9 @@ class Mixed:
             raise ValueError("Mixed needs at least one BRDF and an integer index for each point")
         if len(index) and not 0 <= index.min() <= index.max() < len(self.brdfs):
             raise ValueError(f"Mixed.index must lie in 0 to {len(self.brdfs) - 1}")
-        object.__setattr__(self, "index", index.astype(np.uint32))
+        index = index.astype(np.uint32)
+        index.setflags(write=False)
+        object.__setattr__(self, "index", index)
 
     @property
     def channels(self) -> int:

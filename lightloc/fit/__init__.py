@@ -6,6 +6,7 @@ For other rooms, in pipeline order:
 - `working_sigma`: standard errors with the arithmetic's own.
 - `presumed`: observations with some sigma where nobody knows it.
 - `level_of`: the standard deviation of residuals, outliers left out.
+- `estimated_level`: the same where sigma is only presumed.
 - `law_of`: sigma as a function of B, where it is one.
 - `cauchy`: Cauchy's loss, and the weight that it gives.
 - `robust`: the sum of that loss.
@@ -60,7 +61,14 @@ from lightloc.fit.levenberg import (
     normal_equations,
 )
 from lightloc.fit.loss import cauchy, robust
-from lightloc.fit.noise import is_exact, law_of, level_of, presumed, working_sigma
+from lightloc.fit.noise import (
+    estimated_level,
+    is_exact,
+    law_of,
+    level_of,
+    presumed,
+    working_sigma,
+)
 from lightloc.fit.problem import (
     Fit,
     Problem,
@@ -78,6 +86,7 @@ __all__ = [
     "working_sigma",
     "presumed",
     "level_of",
+    "estimated_level",
     "law_of",
     "cauchy",
     "robust",

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lightloc.fit.loss import cauchy, robust
-from lightloc.fit.noise import level_of
+from lightloc.fit.noise import estimated_level, level_of
 from lightloc.fit.problem import Fit, Problem
 from lightloc.given import Options
 
@@ -96,7 +96,9 @@ class Criterion:
     @staticmethod
     def of(o: Options) -> Criterion:
         """The one that a user's options ask for."""
-        likelihood = Likelihood(scale=o.outlier, known=o.noise == "given")
+        known = o.noise == "given"
+        typical = 1.0 if known else ESTIMATED
+        likelihood = Likelihood(scale=o.outlier, known=known, typical=typical)
         return Criterion(likelihood, o.significant, o.unlikely)
 
     def after_removal(self) -> Criterion:
@@ -110,8 +112,9 @@ class Criterion:
 
     def level(self, fits: Iterable[Fit]) -> float:
         """The least residuals of any fit, in standard errors, taken for noise; 1 where less."""
-        least = min(level_of(fit.residual) for fit in fits)
-        return max(1.0 if self.likelihood.known else np.finfo(float).tiny, least)
+        if self.likelihood.known:
+            return max(1.0, min(level_of(fit.residual) for fit in fits))
+        return min(estimated_level(fit.residual) for fit in fits)
 
     def best(self, fits: Iterable[Fit]) -> Fit:
         """The fit of least cost at the level of noise that the best leaves."""

@@ -27,6 +27,9 @@ SHOT = 0.01
 """Sigma over sqrt(B mean B) from which an estimate starts where none is given; any would do."""
 
 
+ARITHMETIC = 1e-4
+"""Least level of presumed errors: the relative error of float32 shading, 1e-6, over `SHOT`."""
+
 QUANTUM = 1 / np.sqrt(12)
 """Standard deviation of rounding to whole steps, in steps."""
 
@@ -53,6 +56,16 @@ def working_sigma(q: Observations, o: Options) -> NDArray[np.float64]:
     model = o.relative * np.abs(q.radiance) + o.absolute * mean
     floor = np.maximum(DARK * np.median(sigma, axis=0), np.finfo(float).tiny)
     return np.maximum(np.hypot(sigma, model), floor)
+
+
+def estimated_level(z: NDArray[np.float64], parameters: int = 0) -> float:
+    """`level_of` (n, c) residuals where sigma is only presumed.
+
+    At least the arithmetic's own error, and without those of which model and radiance are both 0:
+    they are exact, whatever the noise is.
+    """
+    lit = z[z != 0]
+    return max(ARITHMETIC, level_of(lit, parameters)) if lit.size else ARITHMETIC
 
 
 def level_of(z: NDArray[np.float64], parameters: int = 0) -> float:

@@ -156,13 +156,13 @@ class PointLights:
         ValueError: nowhere.json: no such file
         """
         try:
-            content = json.loads(Path(path).read_text())
+            content = json.loads(Path(path).read_text("utf-8-sig"))
             rows, style = content["lights"], content.get("format", FORMAT)
             positions = [row["position"] for row in rows]
             intensities = [row["intensity"] for row in rows]
         except FileNotFoundError:
             raise ValueError(f"{path}: no such file") from None
-        except (OSError, ValueError, KeyError, TypeError):
+        except (OSError, ValueError, KeyError, TypeError, RecursionError):
             raise ValueError(
                 f'{path}: not a lights file; expected {{"lights": [{{"position": ..., '
                 '"intensity": ...}, ...]}'

@@ -148,13 +148,20 @@ class Observations:
         put(self, "material", material)
         facets = self.normals if facets is None else facets
         put(self, "facets", unit_vectors("Observations.facets", facets, n))
+        if not isinstance(np.asarray(interreflected).item(), bool):
+            raise ValueError(f"Observations.interreflected is {interreflected!r}; expected a bool")
         put(self, "interreflected", bool(interreflected))
-        put(self, "region_names", tuple(str(name) for name in region_names))
+        names = np.asarray(region_names)
+        if names.ndim != 1 or not names.size or names.dtype.kind != "U":
+            raise ValueError("Observations.region_names are no list of words")
+        put(self, "region_names", tuple(str(name) for name in names))
         most = len(self.region_names) - 1
         put(self, "regions", _whole_numbers("Observations.regions", regions, n, most))
-        put(self, "saturated", _whole_numbers("Observations.saturated", saturated, n, 1) > 0)
+        clipped = _whole_numbers("Observations.saturated", saturated, n, 1) > 0
+        clipped.setflags(write=False)
+        put(self, "saturated", clipped)
         put(self, "step", float(array("Observations.step", step, (), least=0.0)))
-        if not isinstance(unit, str) or not unit:
+        if not isinstance(unit, str) or not unit.isprintable() or not unit.strip():
             raise ValueError("Observations.unit is no word; expected the unit of length, as 'm'")
         put(self, "unit", unit)
 
@@ -254,7 +261,10 @@ class Observations:
         >>> q.at([False, True]).radiance.tolist()
         [[0.2]]
         """
-        some = np.arange(len(self))[np.asarray(rows)]
+        picked = np.asarray(rows)
+        some = np.arange(len(self))[picked if picked.size else picked.astype(int)]
+        if some.ndim != 1:
+            raise ValueError(f"rows have shape {picked.shape}; expected (m,)")
         named = ("positions", "normals", "directions", "radiance", "facets")
         return replace(
             self,

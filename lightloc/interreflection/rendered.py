@@ -29,9 +29,18 @@ from lightloc.answer import (
 )
 from lightloc.checks import number
 from lightloc.fields import intensity_distance
-from lightloc.fit import Criterion, Fit, Problem, inseparable, level_of, resolution, working_sigma
+from lightloc.fit import (
+    Criterion,
+    Fit,
+    Problem,
+    estimated_level,
+    inseparable,
+    level_of,
+    resolution,
+    working_sigma,
+)
 from lightloc.given import Geometry, Interreflecting, Observations, Options, PointLights
-from lightloc.interreflection.all_light import Split, above_zero, spread, straight, together
+from lightloc.interreflection.all_light import REFITS, Split, above_zero, spread, straight, together
 
 Columns = tuple[NDArray[np.float64], NDArray[np.float64]]
 
@@ -119,7 +128,7 @@ def rounds(
         light together. Where the lights still move after `MOST_ROUNDS`, a verdict says so.
     """
 
-    q = q.with_radiance(q.radiance, working_sigma(q, o), q.interreflected)
+    q = replace(q.with_radiance(q.radiance, working_sigma(q, o), q.interreflected), step=0.0)
     problem = replace(problem, radiance=q.radiance, sigma=np.ones_like(q.sigma), ambient=None)
     found, lights = search(first, None), PointLights(np.zeros((0, 3)), np.zeros((0, q.channels)))
     history, moved = list(found.history), np.inf
@@ -191,10 +200,17 @@ def whole(
     if found.width.any():
         return found
     lights, split, _ = together(split, found.lights, problem)
+    noise = found.noise
+    if o.noise == "estimate":
+        split, level = scaled(split, lights, len(lights) * (len(problem.axes) + lights.channels))
+        lights, split, _ = together(split, lights, problem)
+        scale = np.full(lights.channels, level)
+        noise = replace(noise, scale=scale, scale_error=noise.scale_error / noise.scale * scale)
     lights, split = lights.brightest_first(), split.rows(lights.order)
     errors = spread(split, lights, problem)
     criterion, direct = Criterion.of(o), split.direct(lights.intensities)
     z, cost = split.residual(lights.intensities), split.cost(lights.intensities)
+    k = len(lights)
     fit = Fit(lights, z, cost)
     posed = replace(problem, radiance=direct.radiance, sigma=direct.known_sigma)
     top, _ = intensity_distance(direct, lights.positions, problem.geometry, margin=MARGIN)
@@ -215,7 +231,11 @@ def whole(
         sigma=direct.known_sigma,
         residual=z,
         chi2=cost / z.size,
-        noise=replace(found.noise, outliers=np.abs(z) > o.outlier),
+        noise=replace(noise, outliers=np.abs(z) > o.outlier),
+        counts=tuple(
+            replace(one, lights=lights, chi2=cost / z.size) if len(one.lights) == k else one
+            for one in found.counts
+        ),
         inseparable=inseparable(lights, errors.position),
         resolution=resolution(posed, lights),
         certificate=certificate(posed, fit),
@@ -223,6 +243,18 @@ def whole(
         verdicts=tuple(verdicts),
     )
     return judged(now, problem, o)
+
+
+def scaled(split: Split, lights: PointLights, parameters: int) -> tuple[Split, float]:
+    """The split with the standard errors of B times a factor that its residuals ask for.
+
+    The rendering's own error is known, and is no part of that factor.
+    """
+    q, scale = split.q, 1.0
+    for _ in range(REFITS):
+        scale *= estimated_level(split.residual(lights.intensities), parameters)
+        split = replace(split, q=q.with_radiance(q.radiance, q.known_sigma * scale))
+    return split, scale
 
 
 def unsettled(found: Localization) -> Localization:

@@ -18,7 +18,7 @@ from lightloc.answer import (
     unexplained,
 )
 from lightloc.fit import Fit, Problem, errors_at, level_of, resolution
-from lightloc.given import Observations, Options
+from lightloc.given import Observations, Options, PointLights
 from lightloc.search.ladder import Ladder
 from lightloc.search.wide import Extended, extended
 
@@ -67,16 +67,20 @@ def concluded(
         width=wide.width,
         certificate=peak,
         verdicts=tuple(verdicts),
-        counts=tried(ladder, fit),
+        counts=tried(ladder, wide.points),
     )
     return judged(found, problem, o)
 
 
-def tried(ladder: Ladder, fit: Fit) -> tuple[Count, ...]:
-    """The best of each count of lights, with the answer's own lights in their place."""
-    problem, fits = ladder.view.tight, ladder.fits
-    likely = ladder.view.criterion.likely(problem, fits)
-    return tuple(
-        Count(fit.lights if len(one) == len(fit) else one.lights, one.cost / problem.rows, share)
-        for one, share in zip(fits, likely, strict=True)
-    )
+def tried(ladder: Ladder, points: PointLights) -> tuple[Count, ...]:
+    """The best of each count of point lights, with the answer's own points in their place.
+
+    Not of counts whose last lights only fed an error of the model.
+    """
+    problem, criterion = ladder.view.tight, ladder.view.criterion
+    fits = [one for one in ladder.fits if ladder.most is None or len(one) <= ladder.most]
+    level = 1.0 if criterion.likelihood.known else criterion.level(fits)
+    chi2 = [criterion.likelihood.cost(one.residual, level) / problem.rows for one in fits]
+    lights = [points if len(one) == len(points) else one.lights for one in fits]
+    likely = criterion.likely(problem, fits)
+    return tuple(Count(*each) for each in zip(lights, chi2, likely, strict=True))

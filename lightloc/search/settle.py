@@ -6,12 +6,25 @@ from dataclasses import replace
 
 import numpy as np
 
-from lightloc.fit import Descents, Fit, Problem, intensities, law_of, level_of, no_lights
+from lightloc.fit import (
+    Descents,
+    Fit,
+    Problem,
+    estimated_level,
+    intensities,
+    law_of,
+    level_of,
+    no_lights,
+)
 from lightloc.search.ladder import Ladder
 from lightloc.search.polish import pruned, sharpened
 
 REWEIGHTED = 2
 """Times that sigma is taken at the model's B: the second changes it by a thousandth."""
+
+
+LIT = 5.0
+"""Standard errors by which the mean of B may differ from 0 where nothing is lit."""
 
 
 def settled(whole: Problem, ladder: Ladder) -> tuple[Fit, Problem]:
@@ -23,6 +36,7 @@ def settled(whole: Problem, ladder: Ladder) -> tuple[Fit, Problem]:
     view, fit = ladder.view, ladder.best
     criterion = view.criterion
     if not len(fit):
+        whole = whole if criterion.likelihood.known else in_the_dark(whole)
         return no_lights(whole, criterion.likelihood.scale), whole
     law = law_of(whole.radiance, whole.sigma)
     if view.rough:
@@ -43,9 +57,18 @@ def settled(whole: Problem, ladder: Ladder) -> tuple[Fit, Problem]:
             whole = replace(whole, sigma=law(model))
             fit = sharpened(whole, Descents.at(fit.lights), criterion)
         return fit, whole
-    level = level_of(fit.residual, len(fit) * (len(whole.axes) + fit.lights.channels))
+    level = estimated_level(fit.residual, len(fit) * (len(whole.axes) + fit.lights.channels))
     whole = replace(whole, sigma=whole.sigma * level)
     return sharpened(whole, Descents.at(fit.lights), criterion), whole
+
+
+def in_the_dark(whole: Problem) -> Problem:
+    """Without a light B is noise about 0, of one size in a channel; unless its mean is not 0."""
+    B = whole.radiance
+    sigma = np.array([max(level_of(b), np.finfo(float).tiny) for b in B.T])
+    if (np.abs(B.mean(axis=0)) > LIT * sigma / np.sqrt(len(B))).any():
+        return whole
+    return replace(whole, sigma=np.broadcast_to(sigma, B.shape))
 
 
 def completed(whole: Problem, fit: Fit, ladder: Ladder) -> Fit:

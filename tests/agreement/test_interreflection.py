@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import render
-from lightloc import Irradiance, Lambert, PointLights, Way, localize, shading
+from lightloc import Irradiance, Lambert, PointLights, Reason, Way, localize, shading
 from render.interreflection import interreflected
 
 POINTS, SPP = 1024, 256
@@ -96,6 +96,19 @@ def test_a_geometry_renders_what_a_function_gives(load):
     assert localize(q, room.geometry).way is Way.GATHERED
 
 
+def test_an_unknown_sigma_beside_rendered_light(load):
+    """What is estimated is the noise of B, without the rendering's own, which is known."""
+    room = load("box_two")
+    q = render.observe(room, points=1500, spp=256, seed=0, noise=0.1)
+    found = localize(q.with_radiance(q.radiance, None), room.geometry, indirect=64)
+    assert found.reason in (Reason.CONVERGED, Reason.UNDECIDED)
+    bright = q.radiance > np.median(q.radiance)
+    ratio = np.median(found.sigma[bright] / q.sigma[bright])
+    assert 0.9 < ratio < 1.2  # of path tracing's and the rendering's own, which is about a tenth
+    known = localize(q, room.geometry, indirect=64)
+    assert abs(found.intensity_error / known.intensity_error - 1).max() < 0.2
+
+
 def test_rendered_for_what_is_left(load):
     """Where saturated points are left out, a function is asked for the others alone."""
     room = load("box_two")
@@ -103,6 +116,8 @@ def test_rendered_for_what_is_left(load):
     bright = q.radiance[:, 0] > np.quantile(q.radiance, 0.98)
     H = interreflected(room, q, spp=32)
     found = localize(replace(q, saturated=bright), room.geometry, indirect=H)
+    with pytest.raises(ValueError, match="footnote 1 would gather from points that are saturated"):
+        localize(replace(q, saturated=bright), room.geometry)
     assert np.isnan(found.residual[bright]).all()
     assert np.isfinite(found.residual[~bright]).all()
 

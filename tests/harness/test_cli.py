@@ -272,7 +272,7 @@ def test_unreadable_observations_are_refused(arrays, tmp_path):
     whole = (tmp_path / "seen.npz").read_bytes()
     for content in (b"hello", b"", whole[: len(whole) // 2]):
         (tmp_path / "seen.npz").write_bytes(content)
-        assert_refused(tmp_path, ("localize", "seen.npz"), "seen.npz", "not an observations file")
+        assert_refused(tmp_path, ("localize", "seen.npz"), "seen.npz", "not a file of observations")
 
 
 LIGHTS = {

@@ -14,6 +14,7 @@ from lightloc import (
     Observations,
     Options,
     PointLights,
+    Reason,
     cramer_rao,
     localize,
     radiance,
@@ -52,7 +53,7 @@ def test_an_unknown_sigma_is_estimated():
     # sqrt(B) k is the law that is presumed: only its scale was unknown
     bright = q.radiance > np.median(q.radiance)
     ratio = np.median(found.sigma[bright] / q.sigma[bright])
-    assert abs(ratio - 1) < 5 * found.noise.scale_error / found.noise.scale
+    assert abs(ratio - 1) < 5 * found.noise.scale_error[0] / found.noise.scale[0]
     assert localize(q).noise.law is NoiseLaw.GIVEN
 
 
@@ -74,6 +75,71 @@ def test_what_needs_a_sigma_refuses_without(refuses):
     ):
         with refuses("Observations.sigma is unknown"):
             need()
+
+
+FLOOR = np.random.default_rng(0).uniform(-2, 2, (500, 3)) * [1, 1, 0]
+UP = np.tile([0.0, 0.0, 1.0], (500, 1))
+TWO = PointLights([[0.5, -0.3, 1.2], [-1.0, 0.8, 0.9]], [10.0, 4.0])
+ABOVE = [[-2, -2, 0.1], [2, 2, 2.5]]
+
+
+def floor(lights=TWO):
+    """A floor under lights, exact."""
+    dark = Observations(
+        positions=FLOOR,
+        normals=UP,
+        directions=UP,
+        radiance=np.zeros(500),
+        material=Lambert(albedo=0.5),
+    )
+    return dark.with_radiance(radiance(dark, lights), 0.0)
+
+
+def test_exact_data_of_an_unknown_sigma():
+    """What is estimated is no less than the arithmetic's own error: no ghost explains that."""
+    q = floor()
+    found = localize(q.with_radiance(q.radiance, None), bounds=ABOVE)
+    assert found.reason is Reason.CONVERGED
+    np.testing.assert_allclose(found.lights.positions, TWO.positions, atol=1e-4)
+
+
+@pytest.mark.parametrize("share", [0.3, 0.6])
+def test_unlit_observations_of_an_unknown_sigma(share, rng):
+    """Where B and the model are 0, nothing tells how large the noise is elsewhere."""
+    q = floor(PointLights(TWO.positions[:1], [10.0]))
+    B = q.radiance * rng.normal(1, 0.02, (500, 1))
+    n = np.array(q.normals)
+    n[: int(share * 500)] = [0, 0, -1]
+    B[: int(share * 500)] = 0
+    seen = replace(q, normals=n, directions=n, facets=n).with_radiance(B, None)
+    found = localize(seen, bounds=ABOVE)
+    assert len(found.lights) == 1
+    assert found.reason in (Reason.CONVERGED, Reason.UNDECIDED)
+
+
+def test_darkness_of_an_unknown_sigma(rng):
+    """Noise about nothing is dark; light that no lamp explains is not."""
+    q = floor()
+    dark = q.with_radiance(rng.normal(0, 0.01, (500, 1)), None)
+    assert localize(dark, bounds=ABOVE).reason is Reason.DARK
+    lit = replace(q, normals=-UP, directions=-UP, facets=-UP).with_radiance(
+        rng.uniform(1, 2, (500, 1)), None
+    )
+    assert localize(lit, bounds=ABOVE).reason is not Reason.DARK
+
+
+@pytest.mark.parametrize("law", ["shot", "constant"])
+def test_the_bound_of_an_unknown_sigma(law):
+    """D holds at the true lights, by the errors that were estimated: all but one in ten times."""
+    below = 0
+    for seed in range(10):
+        rng, q = np.random.default_rng(seed), floor()
+        size = 0.02 * (np.sqrt(q.radiance * q.radiance.mean()) if law == "shot" else 1.0)
+        seen = q.with_radiance(q.radiance + size * rng.normal(size=q.radiance.shape), None)
+        found = localize(seen, bounds=ABOVE)
+        assert len(found.lights) == 2
+        below += bool((found.bound[:, 0] < TWO.intensities[:, 0]).any())
+    assert below <= 1
 
 
 def test_saturated_values_are_left_out():
@@ -169,6 +235,13 @@ def test_a_function_is_asked_for_the_used_rows(rng):
     np.testing.assert_array_equal(error, 2 * H[used])
 
 
+def test_two_observations(refuses):
+    """Too few are said to be too few."""
+    q = floor().at([3, 4])
+    found = localize(q, bounds=ABOVE)
+    assert Kind.TOO_FEW in {v.kind for v in found.verdicts}
+
+
 def test_refusals(refuses):
     """One sentence each."""
     q = ROOM.observe(noise=0.02)
@@ -178,13 +251,20 @@ def test_refusals(refuses):
         "Observations.regions holds": {"regions": np.full(n, 0.5), "region_names": ("a", "b")},
         "Observations.saturated[0]": {"saturated": np.full(n, 2)},
         "Observations.step": {"step": -1.0},
-        "Observations.unit": {"unit": ""},
+        "Observations.unit": {"unit": " "},
+        "Observations.region_names": {"region_names": None},
+        "Observations.interreflected": {"interreflected": "no"},
     }.items():
         with refuses(name):
             replace(q, **wrong)
     with refuses("Observations.directions are missing"):
         Observations(positions=[[0, 0, 0]], normals=[[0, 0, 1]], radiance=[1], material=Lambert(1))
     with refuses("Observations are empty"):
+        q.at([])
+    with refuses("all observations are saturated"):
         localize(replace(q, saturated=np.ones(n)))
-    with refuses("bounds have zero size"):
-        localize(q, bounds=[[0.5, 0.5, 0], [0.5, 0.5, 0]])
+    for bounds in ([[0.5, 0.5, 0], [0.5, 0.5, 0]], [[1, 1, 0], [0, 0, 0]]):
+        with refuses("bounds are no box"):
+            localize(q, bounds=bounds)
+    with refuses("rows have shape (1, 2)"):
+        q.at([[0, 1]])
