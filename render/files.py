@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from typing import Any
 
-import mitsuba as mi
-
-from render.room import find, text_of
+from render.room import find
+from render.scene_file import SceneFile
 from render.variant import use_mitsuba
-
-INCLUDED = re.compile(r"<include\s[^>]*filename=\"([^\"$]+)\"")
 
 
 def files_of(path: str | Path, **parameters: Any) -> list[Path]:
@@ -22,7 +18,7 @@ def files_of(path: str | Path, **parameters: Any) -> list[Path]:
     path : str or Path
         An XML file, or the name of a standard scene.
     **parameters
-        Values for the scene's own ``<default>`` names, as ``alpha=0.2``.
+        Values for the names that the scene uses as ``$alpha``, as ``alpha=0.2``.
 
     Returns
     -------
@@ -32,9 +28,7 @@ def files_of(path: str | Path, **parameters: Any) -> list[Path]:
     Raises
     ------
     ValueError
-        If there is no such scene.
-    RuntimeError
-        Mitsuba's own, of a scene that it can't read.
+        If there is no such scene, Mitsuba can't read it, or a parameter is unknown.
 
     Examples
     --------
@@ -43,14 +37,4 @@ def files_of(path: str | Path, **parameters: Any) -> list[Path]:
     ['furnished.xml', 'rounded_block.ply', 'torus.ply', 'vase.ply']
     """
     use_mitsuba()
-    path = find(path)
-    values = {name: text_of(value) for name, value in parameters.items()}
-    scene = mi.parser.parse_file(mi.parser.ParserConfig(mi.variant()), str(path), **values)
-    named = {
-        str(node.props[key])
-        for node in scene.nodes
-        for key in node.props.keys()  # noqa: SIM118  (no mapping: it has keys alone)
-        if node.props.type(key) == mi.Properties.Type.String
-    }
-    named |= set(INCLUDED.findall(path.read_text(errors="replace")))
-    return [path, *sorted(file for name in named if (file := path.parent / name).is_file())]
+    return SceneFile.read(find(path), parameters).files()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 
 import mitsuba as mi
@@ -11,31 +10,18 @@ import numpy as np
 FORMATS = ("ply", "obj", "serialized")
 
 
-def check_meshes(path: Path, parameters: Mapping[str, str]) -> None:
-    """Refuse a scene one of whose mesh files can't be read or names a vertex that isn't there.
+def check_mesh(kind: str, file: Path, index: int) -> None:
+    """Refuse a mesh file that can't be read, or that names a vertex that isn't there.
 
     Mitsuba reads such an index and then crashes on it. The file is read here as a bare mesh,
     without normals and without a scene around it, which is safe (measured, Mitsuba 3.9.1).
+    ``index`` is that of a mesh in a serialized file, else 0.
 
     Raises
     ------
     ValueError
         Naming the mesh file, and the face where it is one.
-    RuntimeError
-        Mitsuba's own, of a scene that it can't read.
     """
-    scene = mi.parser.parse_file(mi.parser.ParserConfig(mi.variant()), str(path), **parameters)
-    files = set()
-    for node in scene.nodes:
-        kind = node.props.plugin_name()
-        if kind in FORMATS and "filename" in node.props:
-            index = int(node.props.get("shape_index", 0)) if kind == "serialized" else 0
-            files.add((kind, str(node.props["filename"]), index))
-    for kind, file, index in sorted(files):
-        _check(kind, path.parent / file, index)
-
-
-def _check(kind: str, file: Path, index: int) -> None:
     if not file.is_file():
         raise ValueError(f"mesh {file}: no such file")
     more = {"shape_index": index} if kind == "serialized" else {}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.resources
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,8 +12,9 @@ import mitsuba as mi
 import numpy as np
 
 from lightloc import PointLights
+from render.accepted import build
 from render.geometry import SceneGeometry, lit
-from render.meshes import check_meshes
+from render.scene_file import SceneFile, text_of
 from render.transport import bounds_of, diagonal_of
 from render.variant import use_mitsuba
 
@@ -112,19 +112,23 @@ def load(path: str | Path, **parameters: Any) -> Room:
     path : str or Path
         An XML file, or the name of a standard scene.
     **parameters : str, float, int or bool
-        Values for the scene's own ``<default>`` names, as ``alpha=0.2``.
+        Values for the names that the scene uses as ``$alpha``, as ``alpha=0.2``.
 
     Returns
     -------
     Room
-        The scene, its lights, and its surfaces as a geometry.
+        The scene, its lights, and its surfaces as a geometry. Integrators are left out, and films,
+        samplers and sensors that this Mitsuba does not have; ``null`` surfaces are none.
 
     Raises
     ------
     ValueError
-        If there is no such file or it can't be read, a parameter is unknown or not finite, the
-        scene has no point emitter or one of another kind, an intensity is negative or not finite,
-        or there is no surface or a broken mesh; the message names the file.
+        If there is no such file or it can't be read, a parameter is unknown, missing or not finite,
+        the scene has no point emitter or one of another kind, an intensity is negative or not
+        finite, there is no surface or a broken mesh, a plugin or a property is one that this
+        Mitsuba does not have, or something is not modelled: a medium, a surface that lets light
+        straight through, a spectrum without colours in RGB. The message is one sentence that
+        begins with the file, and says the line where there is one.
 
     Examples
     --------
@@ -134,15 +138,10 @@ def load(path: str | Path, **parameters: Any) -> Room:
     """
     use_mitsuba()
     path = find(path)
-    _check_parameters(path, parameters)
-    values = {name: text_of(value) for name, value in parameters.items()}
-    try:
-        check_meshes(path, values)
-        scene = mi.load_file(str(path), optimize=False, **values)
-    except (RuntimeError, ValueError) as error:
-        raise ValueError(f"{path}: {_first_sentence(error)}") from None
-    if not isinstance(scene, mi.Scene):
-        raise ValueError(f"{path}: holds a {type(scene).__name__}; expected a scene")
+    for name, value in parameters.items():
+        if text_of(value).strip().lower().lstrip("+-") in NOT_FINITE:
+            raise ValueError(f"{path}: parameter '{name}' is {value}; expected a finite number")
+    scene = build(SceneFile.read(path, parameters))
     if not scene.shapes():
         raise ValueError(f"{path}: the scene has no surface")
     try:
@@ -233,10 +232,6 @@ def _tessellated(shape: Any) -> tuple[np.ndarray, np.ndarray]:
 
 def _lights(scene: Any) -> PointLights:
     emitters = scene.emitters()
-    for emitter in emitters:
-        if emitter.class_name() != "PointLight":
-            name = f"emitter '{emitter.id()}'" if emitter.id() else "an emitter"
-            raise ValueError(f"{name} is of type {emitter.class_name()}; expected point emitters")
     if not emitters:
         raise ValueError("the scene has no point emitter; expected at least one light to hide")
     positions, intensities = [], []
@@ -249,26 +244,3 @@ def _lights(scene: Any) -> PointLights:
     colours = lights.intensities
     grey = np.ptp(colours, axis=1).max() <= GREY * colours.max()
     return PointLights(lights.positions, colours[:, :1]) if grey else lights
-
-
-def _check_parameters(path: Path, parameters: Mapping[str, Any]) -> None:
-    known = set(re.findall(r"<default\s+name=\"([^\"]+)\"", path.read_text(errors="replace")))
-    for name, value in parameters.items():
-        if name not in known:
-            raise ValueError(
-                f"{path}: has no parameter '{name}' (it has: {', '.join(sorted(known)) or 'none'})"
-            )
-        if text_of(value).strip().lower().lstrip("+-") in NOT_FINITE:
-            raise ValueError(f"{path}: parameter '{name}' is {value}; expected a finite number")
-
-
-def text_of(value: Any) -> str:
-    """A parameter as Mitsuba reads it."""
-    return str(value).lower() if isinstance(value, bool) else str(value)
-
-
-def _first_sentence(error: Exception) -> str:
-    """The line of Mitsuba's message that says what is wrong, without its C++ source place."""
-    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    lines = [re.sub(r"^.*?\[[\w.]+\.cpp:\d+\]\s*", "", line) for line in lines]
-    return lines[-1] if lines else "can't be loaded"

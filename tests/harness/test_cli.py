@@ -81,9 +81,18 @@ SCENES = {
     "no light": (ROOM.replace(LIGHT, ""), "room.xml", "no point emitter"),
     "area light": (
         with_shape(f'<shape type="rectangle">{AREA}</shape>'),
-        *("room.xml", "AreaLight", "expected point emitters"),
+        *("room.xml", "area", "expected point emitters"),
     ),
     "sky": (with_shape('<emitter type="constant" id="sky"/>'), "'sky'", "expected point"),
+    "fog": (
+        with_shape('<shape type="cube"><medium type="homogeneous" name="interior"/></shape>'),
+        *("room.xml: line ", "participating medium"),
+    ),
+    "property that none has": (
+        with_shape('<shape type="cube"><float name="bevel" value="1"/></shape>'),
+        *("room.xml: line ", "'cube' has no property 'bevel'"),
+    ),
+    "value that is missing": (lit(intensity="$watts"), "room.xml: line ", "$watts"),
     "no surface": (re.sub(r"<shape.*?</shape>", "", ROOM, flags=re.S), "room.xml", "no surface"),
     "unknown BSDF": (ROOM.replace('"diffuse"', '"velvet"', 1), "room.xml", "velvet", "bsdf"),
     "unknown shape": (ROOM.replace('"rectangle"', '"oval"', 1), "room.xml", "oval", "shape"),

@@ -1,0 +1,182 @@
+"""What of a scene is built: parts that nothing here uses are left out, unknown ones refused."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mitsuba as mi
+import numpy as np
+
+from render.meshes import FORMATS, check_mesh
+from render.scene_file import SceneFile, references
+
+SIZE = ("width", "height", "crop_width", "crop_height", "crop_offset_x", "crop_offset_y")
+NOT_IN_RGB = ("blackbody", "regular", "irregular")  # spectra that Mitsuba evaluates by wavelength
+FREE = ("Film", "Sampler", "ReconstructionFilter")  # they may have properties that nobody knows
+DEFINED = ("BSDF", "Texture", "Volume", "Medium", "PhaseFunction")  # to be referred to
+
+
+def build(file: SceneFile) -> Any:
+    """The scene of a file as a Mitsuba scene, without what is not used.
+
+    Integrators, and films, samplers and sensors that this Mitsuba does not have, are left out, as
+    are definitions that nothing refers to. A ``null`` surface that bounds no medium is none.
+
+    Raises
+    ------
+    ValueError
+        In one sentence with the file and the line, for a mesh that is broken, a plugin or property
+        that this Mitsuba does not have, and what is not modelled: media, surfaces that are
+        see-through, and spectra that RGB has no colours for.
+    """
+    if file.root.type != mi.ObjectType.Scene:
+        raise file.refused(file.root, f"holds a {_kind(file.root)}; expected a scene")
+    _leave_out(file)
+    nodes = file.nodes()
+    for node in nodes:
+        _check(file, node)
+    _check_meshes(file, nodes)
+    shapes = [
+        (node, key, part)
+        for node in nodes
+        for key, part in file.parts(node)
+        if part.type.name == "Shape" and part.props.plugin_name() != "shapegroup"
+    ]
+    scene = file.build()
+    for node in nodes:
+        _unknown_property(file, node)
+    for node, key, part in shapes:
+        _see_through(file, part, node.props[key])
+    return scene
+
+
+def _leave_out(file: SceneFile) -> None:
+    """Drop the parts that the scene is observed without."""
+    for node in file.nodes():
+        for key, part in file.parts(node):
+            kind = part.type.name
+            if kind == "Integrator" or (kind in (*FREE, "Sensor") and not _is_known(part)):
+                if kind == "Film":
+                    part.props = _plain_film(part.props)
+                else:
+                    del node.props[key]
+            elif kind == "Shape" and _is_nothing(file, part):
+                del node.props[key]
+            elif kind == "BSDF" and _opacity(part) == 1:
+                inside = next((k for k, p in file.parts(part) if p.type.name == "BSDF"), None)
+                if inside is not None:
+                    node.props[key] = part.props[inside]
+    inner = [node for node in file.nodes() if node.type != mi.ObjectType.Scene]
+    named = {number for node in inner for _, number in references(node)}
+    for key, number in references(file.root):
+        if file.state.nodes[number].type.name in DEFINED and number not in named:
+            del file.root.props[key]
+
+
+def _is_known(node: Any) -> bool:
+    known = mi.PluginManager.instance().plugin_type(node.props.plugin_name())
+    return bool(known != mi.ObjectType.Unknown)
+
+
+def _plain_film(props: Any) -> Any:
+    """A film that Mitsuba has, of the same size."""
+    film = mi.Properties("hdrfilm")
+    for key in SIZE:
+        if key in props:
+            film[key] = props[key]
+    return film
+
+
+def _is_nothing(file: SceneFile, shape: Any) -> bool:
+    """Whether a shape changes no light: it is ``null`` all over, and bounds or bears nothing."""
+    parts = [part for _, part in file.parts(shape)]
+    if len(parts) != 1 or parts[0].type.name != "BSDF":
+        return False
+    return bool(parts[0].props.plugin_name() == "null" or _opacity(parts[0]) == 0)
+
+
+def _opacity(bsdf: Any) -> float | None:
+    """The opacity of a mask that is the same everywhere; None of anything else."""
+    props = bsdf.props
+    if props.plugin_name() != "mask" or "opacity" not in props:
+        return None
+    kind, value = props.type("opacity"), props["opacity"]
+    if kind == mi.Properties.Type.Spectrum and value.is_uniform():
+        value = value.values
+    elif kind not in (mi.Properties.Type.Float, mi.Properties.Type.Color):
+        return None
+    values = np.unique(np.array(value, float))
+    return float(values[0]) if len(values) == 1 else None
+
+
+def _check(file: SceneFile, node: Any) -> None:
+    """Refuse a node that Mitsuba does not have, that would end the process, or is not modelled."""
+    kind, plugin = node.type.name, node.props.plugin_name()
+    parts = [part for _, part in file.parts(node)]
+    why = None
+    if not _is_known(node):
+        why = f"this Mitsuba has no {_kind(node)} '{plugin}'"
+    elif kind == "Emitter" and plugin != "point":
+        why = f"{_name(node)} is of type {plugin}; expected point emitters"
+    elif kind == "Shape" and any(part.props.plugin_name() == "point" for part in parts):
+        why = f"{_name(node)} has a point emitter; expected one that is no shape's"
+    elif kind != "Scene" and any(part.type.name == "Medium" for part in parts):
+        why = f"{_name(node)} has a participating medium; media are not modelled"
+    elif kind == "Texture" and plugin in NOT_IN_RGB:
+        why = f"a spectrum of type '{plugin}' has no colour in RGB; expected <rgb> or its values"
+    elif plugin == "bitmap" and "filename" not in node.props:
+        why = "a bitmap has no filename"
+    elif plugin == "blendbsdf" and sum(part.type.name == "BSDF" for part in parts) != 2:
+        why = "a blendbsdf has other than two BSDFs"
+    elif plugin == "shapegroup" and not any(part.type.name == "Shape" for part in parts):
+        why = f"{_name(node)} is a shape group without a surface"
+    if why:
+        raise file.refused(node, why)
+
+
+def _check_meshes(file: SceneFile, nodes: list[Any]) -> None:
+    """Refuse mesh files that Mitsuba could not be asked to build a scene on, each read once."""
+    checked = set()
+    for node in nodes:
+        kind, props = node.props.plugin_name(), node.props
+        if kind not in FORMATS or "filename" not in props:
+            continue
+        whole = "shape_index" in props and props.type("shape_index") == mi.Properties.Type.Integer
+        index = props["shape_index"] if kind == "serialized" and whole else 0
+        mesh = (kind, file.find(str(props["filename"])), index)
+        try:
+            if mesh not in checked:
+                check_mesh(*mesh)
+        except ValueError as error:
+            raise file.refused(node, str(error)) from None
+        checked.add(mesh)
+
+
+def _unknown_property(file: SceneFile, node: Any) -> None:
+    """Refuse a property that its plugin never asked for: something else would be rendered."""
+    unknown = node.props.unqueried()
+    if unknown and node.type.name not in FREE:
+        nameless = unknown[0].startswith("_arg_")
+        what = "place for an object in it" if nameless else f"property '{unknown[0]}'"
+        plugin = node.props.plugin_name()
+        raise file.refused(node, f"the {_kind(node)} '{plugin}' has no {what} in this Mitsuba")
+
+
+def _see_through(file: SceneFile, node: Any, shape: Any) -> None:
+    bsdf = shape.bsdf()
+    if bsdf is not None and mi.has_flag(bsdf.flags(), mi.BSDFFlags.Null):
+        raise file.refused(
+            node,
+            f"{_name(node)} is partly see-through; the light that goes straight through it is "
+            "not modelled",
+        )
+
+
+def _kind(node: Any) -> str:
+    """As a tag of the file has it."""
+    return str(node.type.name).lower()
+
+
+def _name(node: Any) -> str:
+    own = node.props.id()
+    return f"{_kind(node)} '{own}'" if own else f"the {_kind(node)}"

@@ -1,0 +1,225 @@
+"""A scene's files as Mitsuba parses them: what they name, where it stands, and its objects."""
+
+from __future__ import annotations
+
+import re
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import mitsuba as mi
+
+FAILURES = (RuntimeError, ValueError, TypeError, IndexError, KeyError)  # that Mitsuba raises
+SOURCE = re.compile(r"\[\w+\.(?:cpp|h):\d+\]\s*|\[[A-Z][A-Za-z]*\]\s*")  # a place in its C++
+PLACE = re.compile(r"(?:Error while loading|While loading|At) (.+?) \(line (\d+), col \d+\): ")
+SYNTAX = re.compile(r'Parsing of XML file "(.+?)" failed: (.*) \(line (\d+), col \d+\)$')
+WHOLE = re.compile(r'Error while loading XML file "(.+?)": ')
+PLUGIN = re.compile(r'^failed to instantiate (\w+) plugin of type "(\w+)": ')
+USED = re.compile(r"\$(\w+)")
+
+
+@dataclass(frozen=True)
+class SceneFile:
+    """A parsed scene, its references resolved and its names those of this Mitsuba.
+
+    Parameters
+    ----------
+    path
+        As the user names it.
+    state
+        Mitsuba's parsed state; its nodes may be changed until `build`.
+    resolver
+        Where Mitsuba looks for files: the scene's folder and those of its ``<path>``s first.
+    values
+        The parameters as text.
+    """
+
+    path: Path
+    state: Any
+    resolver: Any
+    values: Mapping[str, str]
+
+    @staticmethod
+    def read(path: Path, parameters: Mapping[str, Any]) -> SceneFile:
+        """Parse a file and all that it includes, each ``$name`` replaced by its value.
+
+        Raises ValueError, with the file and the line, where Mitsuba can't read it, or where a
+        parameter is one that no file has.
+        """
+        values = {name: text_of(value) for name, value in parameters.items()}
+        resolver = mi.FileResolver(mi.file_resolver())
+        resolver.prepend(str(path.parent))
+        with _looking(resolver), _told(path):
+            state = _parse(path, values)
+            mi.parser.transform_all(_config(), state)
+        file = SceneFile(path, state, resolver, values)
+        known = {n for tags in file._tags() for n in (*tags.defaults, *tags.used)} if values else ()
+        for name in values:
+            if name not in known:
+                raise ValueError(
+                    f"{path}: has no parameter '{name}' "
+                    f"(it has: {', '.join(sorted(known)) or 'none'})"
+                )
+        return file
+
+    @property
+    def root(self) -> Any:
+        """The node of the scene itself."""
+        return self.state.nodes[0]
+
+    def parts(self, node: Any) -> list[tuple[str, Any]]:
+        """The nodes that a node refers to, and the property by which it does."""
+        return [(key, self.state.nodes[number]) for key, number in references(node)]
+
+    def nodes(self) -> list[Any]:
+        """The nodes that the scene is built of, each once, in the order of the files."""
+        found, waiting = {0}, [0]
+        while waiting:
+            named = {number for _, number in references(self.state.nodes[waiting.pop()])}
+            waiting += named - found
+            found |= named
+        return [self.state.nodes[number] for number in sorted(found)]
+
+    def refused(self, node: Any, why: str) -> ValueError:
+        """The error that says why a node can't be taken, with its file and line."""
+        place = mi.parser.file_location(self.state, node)
+        file, _, line = place.removesuffix(")").rpartition(" (line ")
+        return ValueError(_place(self.path, file, line.partition(",")[0]) + why)
+
+    def find(self, name: str) -> Path:
+        """A file that the scene names, where Mitsuba finds it; as it is named where it doesn't."""
+        return Path(str(self.resolver.resolve(name)))
+
+    def files(self) -> list[Path]:
+        """The scene's own file, then the others that it names and that exist, sorted."""
+        named = {name for tags in self._tags() for name in tags.files}
+        for node in self.state.nodes:
+            props = node.props
+            kept = [key for key in props.keys() if props.type(key) == mi.Properties.Type.String]  # noqa: SIM118
+            named |= {str(props[key]) for key in kept}
+        found = {file for name in named if name and (file := self.find(name)).is_file()}
+        found |= {Path(str(file)) for file in self.state.files}  # included
+        return [self.path, *sorted(found - {self.path})]
+
+    def build(self) -> Any:
+        """What the root stands for, as Mitsuba's object, whatever properties it does not know."""
+        with _looking(self.resolver), _told(self.path):
+            return mi.parser.instantiate(_config(), self.state)
+
+    def _tags(self) -> list[_Tags]:
+        """What Mitsuba's parser does not keep, of each file."""
+        found = [_Tags(Path(str(file))) for file in self.state.files]
+        values = {name: text for tags in reversed(found) for name, text in tags.defaults.items()}
+        for tags in found:
+            tags.fill({**values, **self.values})
+        return found
+
+
+def references(node: Any) -> list[tuple[str, int]]:
+    """The properties by which a node refers to others, and the number of each."""
+    props, kind = node.props, mi.Properties.Type.ResolvedReference
+    keys = props.keys()  # no mapping: it has keys alone
+    return [(key, props[key].index()) for key in keys if props.type(key) == kind]
+
+
+def text_of(value: Any) -> str:
+    """A parameter as Mitsuba reads it."""
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+class _Tags(HTMLParser):
+    """The parameters of an XML file, and the files that its tags name, spectra among them.
+
+    As lenient as Mitsuba's own parser, which takes comments and names that are not XML.
+    """
+
+    def __init__(self, file: Path) -> None:
+        super().__init__()
+        self.defaults: dict[str, str] = {}
+        self.used: set[str] = set()
+        self.files: list[str] = []
+        self.feed(file.read_text(errors="replace"))
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        own = {name: value or "" for name, value in attrs}
+        if tag == "default" and "name" in own:
+            self.defaults.setdefault(own["name"], own.get("value", ""))
+        if "filename" in own:
+            self.files.append(own["filename"])
+        for value in own.values():
+            self.used |= set(USED.findall(value))
+
+    def fill(self, values: Mapping[str, str]) -> None:
+        """Put the parameters' values into the names of files."""
+        self.files = [USED.sub(lambda m: values.get(m[1], m[0]), name) for name in self.files]
+
+
+def _config() -> Any:
+    config = mi.parser.ParserConfig(mi.variant())
+    config.merge_equivalent = config.merge_meshes = False  # objects as the file has them
+    config.unused_parameters = config.unused_properties = mi.LogLevel.Debug  # we look ourselves
+    return config
+
+
+def _parse(path: Path, values: Mapping[str, str]) -> Any:
+    """Mitsuba's parsed state; ``<lookAt>`` of old versions is read as ``<lookat>``."""
+    text = path.read_bytes()
+    if b"<lookAt" not in text:
+        return mi.parser.parse_file(_config(), str(path), **values)
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder) / path.name
+        copy.write_bytes(re.sub(rb"<(/?)lookAt\b", rb"<\1lookat", text))
+        try:
+            state = mi.parser.parse_file(_config(), str(copy), **values)
+        except FAILURES as error:
+            raise ValueError(str(error).replace(str(copy), str(path))) from None
+    state.files = [mi.filesystem.path(str(path)), *state.files[1:]]
+    return state
+
+
+@contextmanager
+def _looking(resolver: Any) -> Iterator[None]:
+    """Have Mitsuba look for files there; a ``<path>`` must not outlive its scene."""
+    before = mi.file_resolver()
+    mi.set_file_resolver(resolver)
+    try:
+        yield
+    finally:
+        mi.set_file_resolver(before)
+
+
+@contextmanager
+def _told(path: Path) -> Iterator[None]:
+    """Errors of Mitsuba as one sentence, with the file and the line but no place in its C++."""
+    try:
+        yield
+    except FAILURES as error:
+        raise ValueError(_sentence(path, str(error))) from None
+
+
+def _sentence(path: Path, message: str) -> str:
+    text = " ".join(SOURCE.sub("", message).split())
+    if found := SYNTAX.search(text):
+        return f"{_place(path, found[1], found[3])}the XML can't be parsed: {found[2]}"
+    if found := WHOLE.search(text):
+        return _place(path, found[1], None) + text[found.end() :]
+    places = list(PLACE.finditer(text))
+    if not places:
+        return f"{path}: {text or 'can not be loaded'}"
+    where = _place(path, places[-1][1], places[-1][2])
+    return where + PLUGIN.sub(r"\1 '\2': ", text[places[-1].end() :])
+
+
+def _place(path: Path, file: str, line: str | None) -> str:
+    """The beginning of a sentence: the scene as the user names it, and where in which file."""
+    part = Path(file)
+    if part.is_relative_to(path.parent):
+        part = part.relative_to(path.parent)
+    where = [] if Path(file) == path else [str(part)]
+    where += [f"line {line}"] if line else []
+    return f"{path}: " + (f"{', '.join(where)}: " if where else "")

@@ -1,0 +1,339 @@
+"""Scene files as people have them: what they may hold, and what is refused in one sentence.
+
+A sentence begins with the file as the user names it, and says the line where there is one.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import render
+
+
+def node(tag: str, plugin: str, *inside: str, **attributes: str) -> str:
+    own = "".join(f' {name}="{value}"' for name, value in attributes.items())
+    return f'<{tag} type="{plugin}"{own}>{"".join(inside)}</{tag}>'
+
+
+def number(name: str, value: float = 1) -> str:
+    return f'<float name="{name}" value="{value}"/>'
+
+
+def text(name: str, value: str) -> str:
+    return f'<string name="{name}" value="{value}"/>'
+
+
+bsdf, shape, light = (partial(node, tag) for tag in ("bsdf", "shape", "emitter"))
+sensor, film, integrator = (partial(node, tag) for tag in ("sensor", "film", "integrator"))
+texture, spectrum, medium = (partial(node, tag) for tag in ("texture", "spectrum", "medium"))
+DIFFUSE = bsdf("diffuse")
+FLOOR = '<shape type="rectangle" id="floor"/>'
+LAMP = (
+    '<emitter type="point"><point name="position" value="0.2 0.1 0.8"/>'
+    '<rgb name="intensity" value="2"/></emitter>'
+)
+BLOCK = (
+    '<transform name="to_world"><scale value="0.1"/><translate x="0.4" z="0.2"/></transform>'
+    '<bsdf type="diffuse"/>'
+)
+ABOVE = (
+    '<transform name="to_world"><lookat origin="0.1 0 3" target="0 0 0" up="0 1 0"/></transform>'
+)
+TRIANGLE = """ply
+format ascii 1.0
+element vertex 3
+property float x
+property float y
+property float z
+element face 1
+property list uchar int vertex_indices
+end_header
+-1 -1 0
+1 -1 0
+0 1 0
+3 0 1 {last}
+"""
+MESH = '<shape type="ply"><string name="filename" value="{}"/></shape>'
+
+
+@pytest.fixture
+def write(tmp_path) -> Callable[..., Path]:
+    """Write lines into a scene file, the first of them being its line 2."""
+
+    def file(*lines: str, version: str = "3.0.0", name: str = "room.xml") -> Path:
+        path = tmp_path / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text("\n".join([f'<scene version="{version}">', *lines, "</scene>"]))
+        return path
+
+    return file
+
+
+def seen(path: Path, shapes: list[str] | None = None, **parameters: Any) -> list[np.ndarray]:
+    """Positions, radiance and errors of a few observations, with interreflected light."""
+    q = render.observe(render.load(path, **parameters), points=64, spp=4, shapes=shapes)
+    return [q.positions, q.radiance, q.sigma]
+
+
+def lamp_at(x: str) -> str:
+    return f'<emitter type="point"><point name="position" x="{x}" y="0" z="0.5"/></emitter>'
+
+
+FORMS = {
+    "single quotes": "<default name='x' value='0.3'/>",
+    "value first": '<default value="0.3" name="x"/>',
+    "over lines": '<default\n  name = "x"\n  value = "0.3"\n/>',
+    "after a comment that is no XML": '<!-- -- walls -- --><default name="x" value="0.3"/>',
+    "no default": "",
+}
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_parameter_is_one_that_the_file_uses(form, write, refuses):
+    """However its default is written, and without one; the others are named."""
+    path = write(
+        FORMS[form], '<!-- <default name="ghost" value="$shade"/> -->', FLOOR, lamp_at("$x")
+    )
+    assert render.load(path, x=0.1).lights.positions[0][0] == np.float32(0.1)
+    if form == "no default":
+        with refuses(f"{path}: line 5: undefined parameter: $x"):
+            render.load(path)
+    else:
+        assert render.load(path).lights.positions[0][0] == np.float32(0.3)
+    for name in ("ghost", "shade", "zork"):
+        with refuses(f"{path}: has no parameter '{name}' (it has: x)"):
+            render.load(path, x=0.1, **{name: 1})
+
+
+def test_files_are_found_where_mitsuba_finds_them(write, tmp_path, refuses):
+    """By <path> and from included files, with parameters in names; all of them are `files_of`."""
+    write(FLOOR, lamp_at("$x"), MESH.format("$which.ply"), name="parts/lit.xml")
+    (tmp_path / "meshes").mkdir()
+    (tmp_path / "meshes" / "flat.ply").write_text(TRIANGLE.format(last=2))
+    (tmp_path / "grey.spd").write_text("400 0.5\n700 0.5\n")
+    grey = '<bsdf type="diffuse"><spectrum name="reflectance" filename="$paint.spd"/></bsdf>'
+    path = write(
+        '<path value="meshes"/><default name="x" value="0"/><default name="which" value="none"/>',
+        '<default name="paint" value="grey"/><default name="part" value="lit"/>',
+        '<include filename="parts/$part.xml"/>',
+        f'<shape type="cube">{grey}</shape>',
+    )
+    room = render.load(path, x=0.25, which="flat")
+    assert len(room.scene.shapes()) == 3 and room.lights.positions[0][0] == 0.25
+    names = [file.name for file in render.files_of(path, which="flat")]
+    assert names == ["room.xml", "grey.spd", "flat.ply", "lit.xml"]
+    with refuses(f"{path}: parts/lit.xml, line 4: mesh none.ply: no such file"):
+        render.load(path)
+    (tmp_path / "meshes" / "flat.ply").write_text(TRIANGLE.format(last=7))
+    with refuses(f"{path}: parts/lit.xml, line 4: mesh") as refused:
+        render.load(path, which="flat")
+    assert "face 0 refers to vertex 7" in str(refused.value)
+    alone = write(FLOOR, LAMP, MESH.format("flat.ply"), name="alone.xml")
+    with refuses(f"{alone}: line 4: mesh flat.ply: no such file"):  # another scene's <path>
+        render.load(alone)
+
+
+FILM = film("hdrfilm", '<boolean name="high_quality_edges" value="true"/>')
+SAMPLER = node("sampler", "independent", '<integer name="scramble" value="3"/>')
+UNUSED = {
+    "integrator": integrator("sppm"),
+    "integrator in one": integrator("aov", integrator("transientpath")),
+    "integrator out of range": integrator("path", '<integer name="max_depth" value="-7"/>'),
+    "film": sensor("perspective", film("mfilm")),
+    "film's property": sensor("perspective", FILM),
+    "filter": sensor("perspective", film("hdrfilm", node("rfilter", "sinc"))),
+    "sampler": sensor("perspective", node("sampler", "halton")),
+    "sampler's property": sensor("perspective", SAMPLER),
+    "sensor": sensor("spherical"),
+    "bsdf that no shape has": bsdf("velvet", id="v"),
+    "property of one": bsdf("diffuse", number("gloss"), id="v"),
+    "medium that is nowhere": medium("homogeneous", id="fog"),
+    "null surface": shape("sphere", bsdf("null")),
+    "null surface by its name": bsdf("null", id="air") + shape("sphere", '<ref id="air"/>'),
+    "mask of nothing": shape("sphere", bsdf("mask", number("opacity", 0), DIFFUSE)),
+}
+
+
+@pytest.mark.parametrize("case", UNUSED)
+def test_what_is_not_used_changes_nothing(case, write):
+    """An integrator, film or sampler that this Mitsuba does not have, and surfaces of nothing."""
+    block = f'<shape type="cube" id="block">{BLOCK}</shape>'
+    plain = write(FLOOR, block, LAMP, name="plain.xml")
+    for a, b in zip(seen(write(UNUSED[case], FLOOR, block, LAMP)), seen(plain), strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+def test_a_film_that_is_unknown_keeps_its_size(write):
+    """And a sensor that is unknown is not counted."""
+    size = '<integer name="width" value="24"/><integer name="height" value="6"/>'
+    camera = sensor("perspective", ABOVE, film("mfilm", size, number("gamma")))
+    room = render.load(write(sensor("spherical"), camera, FLOOR, LAMP))
+    assert render.photograph(room, transport="direct").size == (24, 6)
+
+
+@pytest.mark.parametrize("opacity", ["float", "spectrum", "rgb"])
+def test_a_mask_that_hides_nothing_is_what_it_masks(opacity, write):
+    diffuse = '<bsdf type="diffuse"/>'
+    masked = f'<bsdf type="mask"><{opacity} name="opacity" value="1"/>{diffuse}</bsdf>'
+    there, plain = (
+        write(FLOOR, f'<shape type="cube">{BLOCK.replace(diffuse, bsdf)}</shape>', LAMP, name=name)
+        for bsdf, name in ((masked, "room.xml"), (diffuse, "plain.xml"))
+    )
+    for a, b in zip(seen(there), seen(plain), strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+def test_names_of_old_versions(write):
+    """A scene of Mitsuba 0.5 is the same scene in the words of Mitsuba 3."""
+    new = (
+        f'<sensor type="perspective">{ABOVE}<float name="fov" value="40"/></sensor>',
+        '<shape type="sphere"><boolean name="flip_normals" value="true"/>' + number("radius", 2),
+        '<bsdf type="roughplastic"><spectrum name="diffuse_reflectance" value="0.4"/>'
+        '<float name="int_ior" value="1.4"/></bsdf></shape>',
+        LAMP,
+    )
+    words = {"to_world": "toWorld", "flip_normals": "flipNormals", "int_ior": "intIOR"}
+    words |= {"<lookat": "<lookAt", "diffuse_reflectance": "diffuseReflectance"}
+    old = "\n".join(new)
+    for here, there in words.items():
+        assert here in old
+        old = old.replace(here, there)
+    paths = write(*new, name="new.xml"), write(old, version="0.5.0", name="old.xml")
+    for a, b in zip(*map(seen, paths), strict=True):
+        np.testing.assert_array_equal(a, b)
+    views = [render.photograph(render.load(p), width=8, transport="direct") for p in paths]
+    assert views[0] == views[1]
+
+
+SPECTRA = {
+    "float": (number("intensity", 3), 3),
+    "rgb": ('<rgb name="intensity" value="1 2 3"/>', [1, 2, 3]),
+    "uniform": (spectrum("uniform", number("value", 4), name="intensity"), 4),
+    "d65": (spectrum("d65", number("scale", 3), name="intensity"), 3),
+    "none": ("", 1),
+}
+
+
+@pytest.mark.parametrize("case", SPECTRA)
+def test_intensities_are_what_lights_the_room(case, write):
+    """The truth is what a surface under the light receives: pi B d^2 / albedo below it."""
+    intensity, value = SPECTRA[case]
+    lamp = light("point", '<point name="position" value="0 0 1"/>', intensity)
+    room = render.load(write(FLOOR, lamp))
+    I = np.broadcast_to(room.lights.intensities, (1, 3))
+    np.testing.assert_allclose(I, [np.broadcast_to(value, 3)], rtol=1e-6)
+    q = render.observe(room, points=8, transport="direct")
+    d = np.linalg.norm(q.positions - [0, 0, 1], axis=1)[:, None]
+    np.testing.assert_allclose(q.radiance, 0.5 / np.pi * I[:, : q.channels] / d**3, rtol=1e-4)
+
+
+pane, lamp = partial(shape, "cube", id="pane"), partial(light, "point", id="lamp")
+colour = partial(spectrum, name="reflectance")
+IRREGULAR = text("wavelengths", "400, 700") + text("values", "1, 2")
+REGULAR = number("wavelength_min", 400) + number("wavelength_max", 700) + text("values", "1, 2")
+FOG = medium("homogeneous", name="interior")
+WINDOW = bsdf("thindielectric")
+IN_A_GROUP = shape("shapegroup", shape("cube", WINDOW, id="w"), id="g")
+BLEND = bsdf("blendbsdf", number("weight", 0.5), bsdf("null"), DIFFUSE)
+INSTANCE = shape("instance", '<ref id="g"/>')
+WHITE = bsdf("diffuse", '<rgb name="reflectance" value="1.5"/>')
+REFUSED = {
+    "blackbody": (lamp(spectrum("blackbody", name="intensity")), "'blackbody'", "RGB"),
+    "regular": (lamp(spectrum("regular", REGULAR, name="intensity")), "'regular'", "RGB"),
+    "blackbody as a colour": (pane(bsdf("diffuse", colour("blackbody"))), "'blackbody'"),
+    "irregular as a colour": (pane(bsdf("diffuse", colour("irregular", IRREGULAR))), "'irregular'"),
+    "fog in a null shape": (pane(bsdf("null"), FOG), "'pane'", "medium"),
+    "fog in glass": (pane(bsdf("dielectric"), FOG), "'pane'", "medium"),
+    "fog outside": (pane(FOG.replace("interior", "exterior")), "'pane'", "medium"),
+    "fog at a light": (lamp(medium("homogeneous")), "'lamp'", "medium"),
+    "fog at a camera": (sensor("perspective", medium("homogeneous"), id="eye"), "'eye'", "medium"),
+    "window": (pane(WINDOW), "'pane'", "see-through"),
+    "mask": (pane(bsdf("mask", DIFFUSE)), "'pane'", "see-through"),
+    "leaf": (
+        pane(bsdf("mask", texture("checkerboard", name="opacity"), DIFFUSE)),
+        *("'pane'", "see-through"),
+    ),
+    "half null": (pane(BLEND), "'pane'", "see-through"),
+    "window in a group": (IN_A_GROUP + INSTANCE, "'w'", "see-through"),
+    "area light": (pane(light("area")), "of type area; expected point emitters"),
+    "spot": (light("spot", id="s"), "emitter 's' is of type spot; expected point emitters"),
+    "a shape's own light": (pane(light("point")), "'pane'", "point emitter"),
+    "property of a shape": (pane(number("bevel")), "'cube'", "property 'bevel'"),
+    "transform": (
+        pane('<transform name="toWorld"><scale value="2"/></transform>'),
+        "property 'toWorld'",
+    ),
+    "property of a BSDF": (pane(bsdf("diffuse", number("gloss"))), "bsdf 'diffuse'", "'gloss'"),
+    "texture of a BSDF": (
+        pane(bsdf("diffuse", texture("checkerboard", name="gloss"))),
+        *("bsdf 'diffuse'", "'gloss'"),
+    ),
+    "property of a texture": (
+        pane(bsdf("diffuse", texture("checkerboard", number("gloss"), name="reflectance"))),
+        *("texture 'checkerboard'", "'gloss'"),
+    ),
+    "property of a light": (lamp(number("samplingWeight")), "'samplingWeight'"),
+    "property of a camera": (sensor("perspective", number("kc")), "'kc'"),
+    "shape in a shape": (pane(shape("cube")), "no place for an object"),
+    "unknown BSDF": (pane(bsdf("phong")), "no bsdf 'phong'"),
+    "unknown texture": (
+        pane(bsdf("diffuse", texture("noise", name="reflectance"))),
+        "no texture 'noise'",
+    ),
+    "bitmap without a file": (
+        pane(bsdf("diffuse", texture("bitmap", name="reflectance"))),
+        *("bitmap", "filename"),
+    ),
+    "blend of nothing": (pane(bsdf("blendbsdf")), "blendbsdf", "two BSDFs"),
+    "empty group": (shape("shapegroup", id="g") + INSTANCE, "'g'", "without a surface"),
+    "no such picture": (
+        pane(bsdf("diffuse", texture("bitmap", text("filename", "gone.png"), name="reflectance"))),
+        *("gone.png", "No such file"),
+    ),
+    "reference to nothing": (pane('<ref id="gone"/>'), 'unresolved reference to "gone"'),
+    "include of nothing": ('<include filename="gone.xml"/>', 'included file "gone.xml" not found'),
+    "include of itself": ('<include filename="room.xml"/>', "include recursion depth"),
+    "path to nothing": ('<path value="gone"/>', 'folder "gone" not found'),
+    "same id twice": (FLOOR, 'duplicate ID: "floor"'),
+    "too white": (pane(WHITE), "bsdf 'diffuse'", "[1.5, 1.5, 1.5]"),
+    "not a number": (pane('<float name="x" value="1.2.3"/>'), '"1.2.3"'),
+    "tag of older versions": (light("point").replace("emitter", "luminaire"), "<luminaire>"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_cannot_be_rendered_is_refused(case, write, refuses):
+    """Not modelled, not known to this Mitsuba, or broken: the line, and what it is."""
+    fault, *said = REFUSED[case]
+    path = write(FLOOR, LAMP, fault)
+    with refuses(f"{path}: line 4: ") as refused:
+        render.load(path)
+    for words in said:
+        assert words in str(refused.value)
+    assert not re.search(r"\.cpp|\[[A-Z]\w+\]|failed to instantiate", str(refused.value))
+    render.load(write(FLOOR, LAMP, name="control.xml"))
+
+
+def test_an_included_file_is_named_with_its_line(write, refuses):
+    """Whether Mitsuba's parser, its plugins or we find the fault, and in old words too."""
+    faults = (
+        '<shape type="cube"><zork/></shape>',
+        pane(bsdf("phong")),
+        pane(bsdf("twosided")),
+    )
+    for fault in faults:
+        write("", fault, name="parts/bad.xml")
+        path = write(FLOOR, LAMP, '<include filename="parts/bad.xml"/>')
+        with refuses(f"{path}: parts/bad.xml, line 3: "):
+            render.load(path)
+    camera = f'<sensor type="perspective">{ABOVE}</sensor>'.replace("lookat", "lookAt")
+    path = write(camera, FLOOR, LAMP, *faults[:1], version="0.5.0")
+    with refuses(f"{path}: line 5: encountered an unsupported XML element: <zork>"):
+        render.load(path)
