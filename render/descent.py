@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lightloc import Observations, PointLights
+from render.geometry import LIGHT
 from render.room import Room, relight
 from render.transport import probe
 
@@ -94,8 +95,8 @@ class Lamps:
     def put(self, positions: list[Any], intensities: list[Any]) -> None:
         """Write k Point3f and k Color3f, each one value or one per lane, into the emitters."""
         for i, (p, I) in enumerate(zip(positions, intensities, strict=True), start=1):
-            self.parameters[f"light_{i}.position"] = p
-            self.parameters[f"light_{i}.intensity.value"] = I
+            self.parameters[f"{LIGHT.format(i)}.position"] = p
+            self.parameters[f"{LIGHT.format(i)}.intensity.value"] = I
         self.parameters.update()
 
     def radiance(self, si: Any) -> Any:

@@ -12,9 +12,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from lightloc import Observations, PointLights
 from lightloc.checks import array, number
+from render.material import children
 from render.transport import indirect, probe
 
 SHADOW_EPSILON = 8.9e-4  # share of a shadow ray left out at its far end, as in Mitsuba
+
+LIGHT = "lightloc_light_{}"  # ids of the lights in a scene that is lit anew; no file has them
 
 STREAM = 0x1D17EC7
 """Goes into every seed: the same paths as in `observe` would carry its errors, and hide them."""
@@ -81,14 +84,18 @@ class SceneGeometry:
 
 def lit(scene: Any, lights: PointLights) -> Any:
     """The same scene lit by other point lights; its sensors and surfaces are shared."""
+    shared = [part for part in children(scene).values() if isinstance(part, mi.Shape | mi.Sensor)]
+    names = [part.id() for part in shared]
     parts: dict[str, Any] = {"type": "scene"}
-    for kind, objects in (("shape", scene.shapes()), ("sensor", scene.sensors())):
-        # the key becomes the object's id, in both scenes: they share the object
-        parts |= {thing.id() or f"{kind}_{i}": thing for i, thing in enumerate(objects)}
+    parts |= {f"part_{i}": part for i, part in enumerate(shared)}
     for i, (p, I) in enumerate(zip(lights.positions, lights.intensities, strict=True), start=1):
-        parts[f"light_{i}"] = {
+        parts[LIGHT.format(i)] = {
             "type": "point",
             "position": p.tolist(),
             "intensity": {"type": "rgb", "value": np.broadcast_to(I, 3).tolist()},
         }
-    return mi.load_dict(parts, optimize=False)
+    try:
+        return mi.load_dict(parts, optimize=False)
+    finally:  # a key becomes its object's id, in both scenes; a file's ids may be no keys
+        for part, name in zip(shared, names, strict=True):
+            part.set_id(name)

@@ -102,8 +102,8 @@ def numbered(ids: NDArray) -> NDArray[np.intp]:
 DEFAULTS = {"alpha": 0.5, "ior": 1.5}  # fill the rows that belong to another model
 
 
-def _children(bsdf: Any) -> dict[str, Any]:
-    """The textures (and nested BSDFs) of a BSDF by parameter name."""
+def children(parent: Any) -> dict[str, Any]:
+    """The objects that one of Mitsuba's holds, by name: a BSDF's textures, a scene's shapes."""
     objects: dict[str, Any] = {}
 
     class Collect(mi.TraversalCallback):  # exists only once a variant is set
@@ -111,13 +111,13 @@ def _children(bsdf: Any) -> dict[str, Any]:
             if isinstance(value, mi.Object):
                 objects[name] = value
 
-    bsdf.traverse(Collect())
+    parent.traverse(Collect())
     return objects
 
 
 def _read(bsdf: Any, si: Any) -> tuple[type, dict[str, Any]]:
     """(model, parameters at si) of one BSDF; SceneBSDF where no model fits."""
-    found = _children(bsdf)
+    found = children(bsdf)
     if bsdf.class_name() == "TwoSidedBRDF":
         if found["brdf_0"] is not found["brdf_1"]:  # alike in print is not enough: bitmaps
             return SceneBSDF, {}

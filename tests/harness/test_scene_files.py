@@ -140,6 +140,44 @@ def test_files_are_found_where_mitsuba_finds_them(write, tmp_path, refuses):
         render.load(alone)
 
 
+IDS = ("Cube.001", "a/b c.1", "light_1", "lightloc", "part_0")
+
+
+@pytest.mark.parametrize("name", IDS)
+def test_any_id_is_a_shape_s(name, write, eps):
+    """A room with such an id is lit anew, observed by it, and is the room that it is without."""
+    path, plain = (
+        write(
+            f'<sensor type="perspective" id="{own}.eye">{ABOVE}</sensor>',
+            *(FLOOR, f'<shape type="cube" id="{own}">{BLOCK}</shape>', LAMP),
+            name=file,
+        )
+        for own, file in ((name, "named.xml"), ("block", "plain.xml"))
+    )
+    room = render.load(path)
+    q = render.observe(room, points=32, shapes=[name], transport="direct")
+    same = render.observe(render.load(plain), points=32, shapes=["block"], transport="direct")
+    np.testing.assert_array_equal(q.radiance, same.radiance)
+    H, _ = render.interreflected(room, q, spp=8)(room.lights.positions)
+    assert (H >= 0).all() and H.any()
+    relit = render.relight(render.relight(room, room.lights), room.lights)
+    for one in (room, relit):
+        assert [shape.id() for shape in one.scene.shapes()] == ["floor", name]
+        assert len(one.scene.emitters()) == len(one.scene.sensors()) == 1
+        np.testing.assert_allclose(render.remeasure(one, q).radiance, q.radiance, atol=8 * eps)
+
+
+def test_sensors_of_shapes_stay_one(write):
+    """A light meter on a shape, beside cameras: each stays in its place when a room is relit."""
+    meter = '<shape type="disk" id="m"><sensor type="irradiancemeter"/></shape>'
+    camera = f'<sensor type="perspective">{ABOVE}</sensor>'
+    room = render.load(write(meter, camera, LAMP, camera))
+    kinds = [sensor.class_name() for sensor in room.scene.sensors()]
+    assert kinds == ["IrradianceMeter", "PerspectiveCamera", "PerspectiveCamera"]
+    relit = render.relight(room, room.lights)
+    assert [sensor.class_name() for sensor in relit.scene.sensors()] == kinds
+
+
 FILM = film("hdrfilm", '<boolean name="high_quality_edges" value="true"/>')
 SAMPLER = node("sampler", "independent", '<integer name="scramble" value="3"/>')
 UNUSED = {
