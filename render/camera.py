@@ -48,7 +48,8 @@ def photograph(
     room : Room
         The room, lit by its own lights.
     sensor : int
-        Which of the scene's sensors; it must be a ``perspective`` one (a pinhole).
+        Which of the scene's sensors, those left out that this Mitsuba does not have; it must be a
+        ``perspective`` one (a pinhole).
     width, height : int, optional
         Pixels; the sensor's own where None. Pixels stay as wide as they are high: one of the two
         keeps the picture's proportions, and both keep its horizontal field of view.
@@ -208,7 +209,7 @@ def _footprint(room: Room, pixels: _Pixels, block: NDArray, centre: Any) -> tupl
     n, away = _towards(c.sh_frame.n, c), si.p - c.p
     bend = dr.norm(_towards(si.sh_frame.n, si) - n)
     leave = dr.abs(dr.dot(c.n, away)) - SMOOTH * dr.norm(away)
-    same = si.is_valid() & c.is_valid() & (si.shape == c.shape)
+    same = si.is_valid() & c.is_valid() & (si.shape == c.shape) & (si.instance == c.instance)
     same &= (bend < SMOOTH) & (leave < TINY * room.diagonal)
     same &= dr.dot(n, c.to_world(c.wi)) > SMOOTH  # else the footprint is long and thin
     f, g = _fingerprint(si), _fingerprint(c)
@@ -244,7 +245,8 @@ def _towards(n: Any, si: Any) -> Any:
 
 def _shape_index(room: Room, si: Any) -> NDArray[np.int32]:
     """The place in the scene's list of each shape that was hit, `NOTHING` where none was."""
-    number = np.array(dr.reinterpret_array(mi.UInt32, si.shape))
+    within = np.array(dr.reinterpret_array(mi.UInt32, si.instance))
+    number = np.where(within, within, np.array(dr.reinterpret_array(mi.UInt32, si.shape)))
     index = np.full(len(number), NOTHING, np.int32)
     for place, shape in enumerate(room.scene.shapes()):
         own = dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shape))

@@ -180,7 +180,8 @@ def relight(room: Room, lights: PointLights) -> Room:
 def triangles(room: Room) -> tuple[np.ndarray, np.ndarray]:
     """Cut all surfaces into triangles, for pictures.
 
-    Meshes and rectangles stay as they are; other shapes are curved, and approximated.
+    Meshes and rectangles stay as they are; other shapes are curved, and approximated. Instances
+    of a shape group, and hairs, are left out: Mitsuba has no parameters over them.
 
     Parameters
     ----------
@@ -203,11 +204,14 @@ def triangles(room: Room) -> tuple[np.ndarray, np.ndarray]:
     >>> vertices.shape, faces.shape
     ((24, 3), (12, 3))
     """
-    vertices, faces, first = [], [], 0
+    vertices, faces, first = [np.zeros((0, 3))], [np.zeros((0, 3), int)], 0
     for shape in room.scene.shapes():
         mesh = shape if shape.is_mesh() else None
         if mesh is None or "vertex_positions" not in mi.traverse(shape):
-            v, t = _tessellated(shape)
+            try:
+                v, t = _tessellated(shape)
+            except RuntimeError:  # not implemented
+                continue
         else:
             values = mi.traverse(mesh)
             v = np.array(values["vertex_positions"]).reshape(-1, 3)

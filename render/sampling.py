@@ -25,8 +25,7 @@ def viewed_points(
     Both are (n, 3), with n = ``count``: positions in the scene's unit of length, and unit vectors.
     Raises ValueError where a shape is unknown or too few points are seen.
     """
-    chosen = _choose(room, shapes)
-    areas = np.array([float(np.array(shape.surface_area()).ravel()[0]) for shape in chosen])
+    chosen, areas = _choose(room, shapes)
     points, views = np.zeros((0, 3)), np.zeros((0, 3))
     for _ in range(ROUNDS):
         want = count - len(points) + 64
@@ -65,15 +64,33 @@ def _seen(room: Room, shape: Any, uv: NDArray, disc: NDArray) -> tuple[NDArray, 
     return to_numpy(on.p)[good], to_numpy(w)[good]
 
 
-def _choose(room: Room, shapes: Sequence[str] | None) -> list[Any]:
+def _choose(room: Room, shapes: Sequence[str] | None) -> tuple[list[Any], NDArray[np.float64]]:
+    """The shapes to sample, and their areas; unless named, those without an area are left out."""
     everything = room.scene.shapes()
-    if shapes is None:
-        return list(everything)
-    by_id = {shape.id(): shape for shape in everything}
-    unknown = [name for name in shapes if name not in by_id]
-    if unknown or not shapes:
-        raise ValueError(
-            f"{room.path}: has no shape '{unknown[0] if unknown else ''}' "
-            f"(it has: {', '.join(by_id)})"
-        )
-    return [by_id[name] for name in shapes]
+    by_id = {shape.id(): shape for shape in everything if shape.id()}
+    if shapes is not None:
+        unknown = [name for name in shapes if name not in by_id]
+        if unknown or not shapes:
+            raise ValueError(
+                f"{room.path}: has no shape '{unknown[0] if unknown else ''}' "
+                f"(it has: {', '.join(by_id)})"
+            )
+        everything = [by_id[name] for name in shapes]
+    areas = [_area(shape) for shape in everything]
+    for shape, area in zip(everything, areas, strict=True):
+        if area is None and (shapes is not None or not any(areas)):
+            name = f"shape '{shape.id()}'" if shape.id() else "a shape"
+            raise ValueError(
+                f"{room.path}: {name} is of type {shape.class_name()}, whose area Mitsuba "
+                "does not know; such shapes can't be sampled"
+            )
+    chosen = [shape for shape, area in zip(everything, areas, strict=True) if area is not None]
+    return chosen, np.array([area for area in areas if area is not None])
+
+
+def _area(shape: Any) -> float | None:
+    """In the scene's unit of length squared; None of an instance or a curve."""
+    try:
+        return float(np.array(shape.surface_area()).ravel()[0])
+    except RuntimeError:
+        return None

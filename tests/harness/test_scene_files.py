@@ -178,6 +178,69 @@ def test_sensors_of_shapes_stay_one(write):
     assert [sensor.class_name() for sensor in relit.scene.sensors()] == kinds
 
 
+GROUP = f'<shape type="shapegroup" id="g.1"><shape type="cube" id="in">{BLOCK}</shape></shape>'
+INSTANCES = (
+    '<shape type="instance" id="chair.1"><ref id="g.1"/></shape>',
+    '<shape type="instance"><ref id="g.1"/><transform name="to_world">'
+    '<translate x="-0.8"/></transform></shape>',
+)
+
+
+def test_instances_are_in_the_way_of_light(write, eps):
+    """They occlude and reflect as the shapes would that they stand for, and are not sampled."""
+    again = BLOCK.replace('x="0.4"', 'x="-0.4"')
+    there = [
+        f'<shape type="cube" id="{i}">{block}</shape>' for i, block in enumerate((BLOCK, again))
+    ]
+    plain = render.load(write(FLOOR, *there, LAMP, name="plain.xml"))
+    room = render.load(write(GROUP, *INSTANCES, FLOOR, LAMP))
+    q, same = (render.observe(r, points=256, spp=16, shapes=["floor"]) for r in (room, plain))
+    np.testing.assert_allclose(q.positions, same.positions, atol=8 * eps)
+    lit = np.isclose(q.radiance, same.radiance, rtol=0.05, atol=1e-3)
+    assert lit.mean() > 0.98  # the rest lies at a shadow's edge
+    assert (q.radiance < q.radiance.max() / 100).any()
+    everywhere = render.observe(room, points=64, spp=4)
+    assert np.abs(everywhere.positions[:, 2]).max() < 8 * eps
+    H, _ = render.interreflected(room, everywhere, spp=16)(room.lights.positions)
+    assert H.any()
+    assert len(render.triangles(room)[1]) == 2
+
+
+def test_a_camera_sees_instances(write):
+    """Each is a shape of its own in a view."""
+    camera = f'<sensor type="perspective">{ABOVE}<float name="fov" value="50"/></sensor>'
+    room = render.load(write(camera, GROUP, *INSTANCES, FLOOR, LAMP))
+    view = render.photograph(room, width=64, transport="direct")
+    assert set(np.unique(view.shape)) >= {0, 1, 2}
+    assert (view.albedo[view.shape == 0] > 0).all()
+
+
+def test_what_cannot_be_sampled_says_so(write, tmp_path, refuses):
+    """An instance or a curve by its name, or where nothing else is there."""
+    (tmp_path / "hair.txt").write_text(
+        "0 0 0.2 0.01\n0.1 0 0.2 0.01\n0.2 0 0.2 0.01\n0.3 0 0.3 0.01\n"
+    )
+    hair = '<string name="filename" value="hair.txt"/>'
+    curves = [
+        f'<shape type="{kind}" id="{kind}">{hair}</shape>'
+        for kind in ("linearcurve", "bsplinecurve")
+    ]
+    path = write(GROUP, *INSTANCES, FLOOR, *curves, LAMP)
+    room = render.load(path)
+    assert len(render.observe(room, points=16, transport="direct")) == 16
+    assert len(render.triangles(room)[0]) > 4
+    for name in ("chair.1", "linearcurve", "bsplinecurve"):
+        with refuses(f"{path}: shape '{name}' is of type ") as refused:
+            render.observe(room, points=16, shapes=["floor", name])
+        assert "can't be sampled" in str(refused.value)
+    for name in ("g.1", "in", ""):
+        with refuses(f"{path}: has no shape '{name}' (it has: chair.1, floor, linearcurve"):
+            render.observe(room, points=16, shapes=[name])
+    bare = write(GROUP, *INSTANCES, LAMP, name="bare.xml")
+    with refuses(f"{bare}: shape 'chair.1' is of type Instance"):
+        render.observe(render.load(bare), points=16)
+
+
 FILM = film("hdrfilm", '<boolean name="high_quality_edges" value="true"/>')
 SAMPLER = node("sampler", "independent", '<integer name="scramble" value="3"/>')
 UNUSED = {
