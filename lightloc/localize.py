@@ -6,16 +6,26 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Literal
 
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from lightloc.answer import Localization, Step, Way, among
 from lightloc.backend import one_blas_thread
-from lightloc.checks import array
 from lightloc.fit import Criterion, Fit, Problem, is_exact, presumed, working_sigma
 from lightloc.given import Geometry, Observations, Options, PointLights
 from lightloc.interreflection import Indirect, remove_indirect, rendering, rounds
 from lightloc.paper import Paper, Surface, published
-from lightloc.search import Ground, Ladder, climbed, concluded, emptied, resumed, settled
+from lightloc.search import (
+    Ground,
+    Ladder,
+    Region,
+    climbed,
+    concluded,
+    emptied,
+    resumed,
+    settled,
+    widened,
+)
 
 
 def localize(
@@ -42,8 +52,9 @@ def localize(
         Our own search, or the method as published, which takes one channel and a known sigma.
     bounds : (2, 3) array_like, optional
         Lower and upper corner of the region that may hold lights, in the unit of length. Where
-        None, the observations' bounding box; where all of them lie in one plane, as on a floor,
-        that has no height, and lights are sought in the plane alone.
+        None: the box of the observations, or of the scene where the geometry has ``bounds``, and
+        beyond it on sides that are open, from which a light would reach what is observed; further
+        out still where such a side stops a light.
     options : Options or Paper, optional
         Settings of the method: `Options` for "search", `Paper` for "paper"; the defaults where
         None.
@@ -97,6 +108,50 @@ def localize(
     >>> found.lights.positions.round(3).tolist(), found.reason.name
     ([[0.5, -0.3, 1.2]], 'CONVERGED')
     """
+    o = settings(method, options, surface, indirect)
+    seen, used = looked_at(observations, geometry)
+    if isinstance(o, Options) and seen.sigma is None:
+        seen, o = presumed(seen), replace(o, noise="estimate")
+    region = Region.of(observations, geometry, bounds)
+    direct, way, columns = seen, Way.DIRECT, None
+    if seen.interreflected:
+        direct, way = without_indirect(seen, geometry, seed), Way.GATHERED
+        if indirect is not None:
+            columns, way = rendering(indirect, geometry, seen, used, seed), Way.RENDERED
+        elif not used.all():
+            raise ValueError(
+                "footnote 1 would gather from points that are saturated; give indirect, to render "
+                "interreflected light"
+            )
+    if isinstance(o, Paper):
+        if surface is not None and not used.all():
+            raise ValueError("a surface has a place for each observation, and some are saturated")
+        found = published(direct, geometry, region.bounds, o, surface, watch)
+        return replace(among(found, used), way=way)
+
+    def look(region: Region, glance: bool) -> Localization:
+        ground = Ground.of(direct, geometry, region.bounds, o, seed)
+        if glance:
+            one = replace(o, most_lights=1)
+            return searched(direct, ground, one, Criterion.of(o), silent, rough=True)
+        if not seen.interreflected:
+            return searched(direct, ground, o, Criterion.of(o), watch)
+        if columns is None:
+            return searched(direct, ground, o, Criterion.of(o).after_removal(), watch)
+        return by_rounds(seen, direct, ground, o, columns, watch)
+
+    with one_blas_thread():
+        found = widened(look, region, seen, geometry, may=bounds is None)
+    return replace(among(found, used), way=way)
+
+
+def settings(
+    method: str,
+    options: Options | Paper | None,
+    surface: Surface | None,
+    indirect: Indirect | int | None,
+) -> Options | Paper:
+    """The method's options; raises ValueError where something belongs to the other method."""
     if method not in METHODS:
         raise ValueError(f"method is '{method}'; expected 'search' or 'paper'")
     o = options or METHODS[method]()
@@ -106,6 +161,13 @@ def localize(
         raise ValueError("method 'paper' renders no interreflected light; leave out indirect")
     if isinstance(o, Options) and surface is not None:
         raise ValueError("method 'search' takes no surface")
+    return o
+
+
+def looked_at(
+    observations: Observations, geometry: Geometry | None
+) -> tuple[Observations, NDArray[np.bool_]]:
+    """The observations that are not saturated, and which those are: (n,)."""
     if not isinstance(observations, Observations):
         raise ValueError(f"observations are a {type(observations).__name__}; not Observations")
     if geometry is not None and not isinstance(geometry, Geometry):
@@ -116,40 +178,17 @@ def localize(
     used = ~observations.saturated
     if not used.any():
         raise ValueError("all observations are saturated; expected at least one that is not")
-    seen = observations if used.all() else observations.at(used)
-    if isinstance(o, Options) and seen.sigma is None:
-        seen, o = presumed(seen), replace(o, noise="estimate")
-    region = array("bounds", observations.bounds if bounds is None else bounds, (2, 3))
-    if (region[1] < region[0]).any() or (region[0] == region[1]).all():
-        raise ValueError("bounds are no box: expected a lower corner and, beyond it, an upper one")
-    direct, way = seen, Way.DIRECT
-    if seen.interreflected:
-        if geometry is None:
-            raise ValueError("interreflected light can't be removed without the geometry")
-        if indirect is None and not used.all():
-            raise ValueError(
-                "footnote 1 would gather from points that are saturated; give indirect, to render "
-                "interreflected light"
-            )
-        direct, way = remove_indirect(seen, geometry, seed), Way.GATHERED
-    if isinstance(o, Paper):
-        if surface is not None and not used.all():
-            raise ValueError("a surface has a place for each observation, and some are saturated")
-        found = published(direct, geometry, region, o, surface, watch)
-        return replace(among(found, used), way=way)
-    with one_blas_thread():
-        ground = Ground.of(direct, geometry, region, o, seed)
-        if way is Way.DIRECT:
-            found = searched(direct, ground, o, Criterion.of(o), watch)
-        elif indirect is None:
-            found = searched(direct, ground, o, Criterion.of(o).after_removal(), watch)
-        else:
-            columns, way = rendering(indirect, geometry, seen, used, seed), Way.RENDERED
-            found = without_indirect(seen, direct, ground, o, columns, watch)
-    return replace(among(found, used), way=way)
+    return observations if used.all() else observations.at(used), used
 
 
-def without_indirect(
+def without_indirect(q: Observations, geometry: Geometry | None, seed: int) -> Observations:
+    """What footnote 1 leaves."""
+    if geometry is None:
+        raise ValueError("interreflected light can't be removed without the geometry")
+    return remove_indirect(q, geometry, seed)
+
+
+def by_rounds(
     whole: Observations,
     direct: Observations,
     ground: Ground,
@@ -172,6 +211,10 @@ def without_indirect(
         return ground.view(problem, o, Criterion.of(o)).certificate(problem, fit)[0]
 
     return rounds(whole, direct, ground.whole, indirect, search, certificate, o, watch)
+
+
+def silent(step: Step) -> None:
+    """Tells nobody."""
 
 
 METHODS: dict[str, type[Options] | type[Paper]] = {"search": Options, "paper": Paper}

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from lightloc import Observations, PointLights
 from lightloc.checks import array, number
 from render.material import children
-from render.transport import indirect, probe
+from render.transport import bounds_of, indirect, probe
 
 SHADOW_EPSILON = 8.9e-4  # share of a shadow ray left out at its far end, as in Mitsuba
 
@@ -45,6 +45,11 @@ class SceneGeometry:
     """
 
     scene: Any = field(repr=False)
+
+    @property
+    def bounds(self) -> NDArray[np.float64]:
+        """(2, 3) corners of the surfaces' bounding box, in the unit of length."""
+        return bounds_of(self.scene)
 
     def visible(self, x: Any, p: Any, active: Any = True) -> Any:
         """As of `lightloc.Geometry`; the last 0.09 % before p do not count, as in Mitsuba."""

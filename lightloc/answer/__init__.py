@@ -21,10 +21,11 @@ For other rooms, in pipeline order:
 - `MARGIN`: standard errors added to B when computing the bound D.
 - `localization`: builds a `Localization` from a fit.
 - `judged`: an answer with the verdicts that follow from its errors.
+- `at_border`: an answer some of whose lights lie at the border of the region.
 """
 
 from lightloc.answer.basis import Assumption, Count, Noise, NoiseLaw, Way
-from lightloc.answer.judge import MARGIN, judged, localization
+from lightloc.answer.judge import MARGIN, at_border, judged, localization
 from lightloc.answer.result import Localization, Reason, Step, among
 from lightloc.answer.verdicts import (
     Kind,
@@ -56,4 +57,5 @@ __all__ = [
     "MARGIN",
     "localization",
     "judged",
+    "at_border",
 ]

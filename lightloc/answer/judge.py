@@ -112,3 +112,22 @@ def noise_of(q: Observations, problem: Problem, fit: Fit, o: Options) -> Noise:
         return Noise(NoiseLaw.GIVEN, one, 0 * one, outliers)
     scale = np.median(problem.sigma / working_sigma(q, o), axis=0)
     return Noise(NoiseLaw.ESTIMATED, scale, SPREAD * scale / np.sqrt(problem.rows), outliers)
+
+
+def at_border(
+    found: Localization, sides: NDArray[np.bool_], bounds: NDArray[np.float64]
+) -> Localization:
+    """The answer with a verdict on lights at sides (2, 3) of the region's bounds (2, 3)."""
+    names = [f"{sign}{axis}" for sign in "-+" for axis in "xyz"]
+    which = ", ".join(name for name, met in zip(names, sides.ravel(), strict=True) if met)
+    near = np.zeros(len(found.lights), bool)
+    for side, axis in zip(*np.nonzero(sides), strict=True):
+        off = np.abs(found.lights.positions[:, axis] - bounds[side, axis])
+        near |= off <= off.min() + 1e-9 * np.ptp(bounds)
+    said = (
+        f"A light lies at the border of the region that was searched, towards {which}; it may be "
+        "beyond: give wider bounds."
+    )
+    verdict = Verdict(Kind.BORDER, tuple(int(i) for i in np.flatnonzero(near)), said)
+    reason = Reason.UNDECIDED if found.reason is Reason.CONVERGED else found.reason
+    return replace(found, verdicts=(*found.verdicts, verdict), reason=reason)

@@ -41,10 +41,11 @@ class Kind(Enum):
     CLUSTER = "what was found as one light may be several, or several may be one"
     EXTENDED = "a light is wide, or several close together"
     MIRROR = "the mirror image of a light would look the same"
+    BORDER = "a light lies at the border of the region that was searched"
     HIDDEN = "a light in some part of the region would reach no observation"
 
 
-DECISIVE = frozenset({Kind.TOO_FEW, Kind.UNCERTAIN, Kind.MIRROR})
+DECISIVE = frozenset({Kind.TOO_FEW, Kind.UNCERTAIN, Kind.MIRROR, Kind.BORDER})
 """Verdicts that leave an answer undecided."""
 
 

@@ -2,6 +2,7 @@
 
 For other rooms, in pipeline order:
 
+- `Region`: the box that may hold lights, and which of its sides are open.
 - `Ground`: the sample of observations and the grid, independent of B.
 - `Ladder`: the best fit of each count of lights so far.
 - `climbed`: adds lights, one by one.
@@ -9,6 +10,7 @@ For other rooms, in pipeline order:
 - `emptied`: exchanges lights until exact data leave nothing.
 - `settled`: the final refinement on all observations.
 - `concluded`: the search's answer.
+- `widened`: looks further out where an open side stops a light.
 - `sharpened`: refines one hypothesis to its end.
 """
 
@@ -18,9 +20,11 @@ from lightloc.search.exact import emptied
 from lightloc.search.ground import Ground
 from lightloc.search.ladder import Ladder
 from lightloc.search.polish import sharpened
+from lightloc.search.region import Region, widened
 from lightloc.search.settle import settled
 
 __all__ = [
+    "Region",
     "Ground",
     "Ladder",
     "climbed",
@@ -28,5 +32,6 @@ __all__ = [
     "emptied",
     "settled",
     "concluded",
+    "widened",
     "sharpened",
 ]

@@ -208,9 +208,11 @@ def test_a_light_may_be_several_from_a_share_of_the_room_on(share, said):
 
 
 def test_a_lit_scene_is_never_called_dark():
-    """A floor whose own box has no height: nothing in it lights the floor, and the answer says so.
+    """A region without height, the floor's own box: no light in it lights the floor, and the answer
+    says so.
 
-    The control: nothing is lit, and darkness explains it.
+    The controls: nothing is lit, and darkness explains it; with the default region the light is
+    found.
     """
     rng = np.random.default_rng(0)
     floor = rng.uniform(-2, 2, (300, 3)) * [1, 1, 0]
@@ -223,7 +225,9 @@ def test_a_lit_scene_is_never_called_dark():
         material=Lambert(albedo=0.5),
     )
     B = radiance(dark, PointLights([[0.5, -0.3, 1.2]], [10.0]))
-    found = localize(dark.with_radiance(B, 0.01 * B))
+    flat = [[-2, -2, 0], [2, 2, 0]]
+    found = localize(dark.with_radiance(B, 0.01 * B), bounds=flat)
     assert found.reason is Reason.NO_GAIN and not len(found.lights)
     assert {Kind.UNEXPLAINED, Kind.HIDDEN} <= kinds(found)
     assert localize(dark.with_radiance(0 * B, 0.01 * B)).reason is Reason.DARK
+    assert localize(dark.with_radiance(B, 0.01 * B)).reason is Reason.CONVERGED

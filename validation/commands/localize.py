@@ -45,6 +45,13 @@ def localize_command(
             "largely diffuse room.",
         ),
     ] = 0,
+    bounds: Annotated[
+        str | None,
+        typer.Option(
+            help="Region that may hold lights, its lower and upper corner: X0,Y0,Z0,X1,Y1,Z1. "
+            "By default what is observed, and beyond it where it is open."
+        ),
+    ] = None,
     ambient: Annotated[bool, typer.Option(help="Fit a constant ambient term too.")] = False,
     noise: Annotated[
         Noise, typer.Option(help="Take sigma as given, or estimate it from what is left.")
@@ -61,6 +68,7 @@ def localize_command(
         raise ValueError("--rendered: needs --scene, the room that is rendered")
     if method is Method.paper and (rendered or ambient or noise is Noise.estimate):
         raise ValueError("--method paper: has no --rendered, --ambient or --noise estimate")
+    region = box(bounds)
     from validation.commands.progress import Bar
 
     with Bar("searching") as bar:
@@ -77,6 +85,7 @@ def localize_command(
             seen,
             room.geometry if room else None,
             method=method.value,
+            bounds=region,
             options=_options(method, ambient, noise),
             indirect=rendered or None,
             seed=seed,
@@ -84,6 +93,23 @@ def localize_command(
         )
         write_json(ready(out), found.to_dict())
     print(found)
+
+
+def box(text: str | None) -> list[list[float]] | None:
+    """The two corners of ``--bounds``.
+
+    Examples
+    --------
+    >>> box("-2,-2,0,2,2,3")
+    [[-2.0, -2.0, 0.0], [2.0, 2.0, 3.0]]
+    """
+    if text is None:
+        return None
+    try:
+        x0, y0, z0, x1, y1, z1 = (float(number) for number in text.split(","))
+    except ValueError:
+        raise ValueError(f"--bounds {text}: expected six numbers, X0,Y0,Z0,X1,Y1,Z1") from None
+    return [[x0, y0, z0], [x1, y1, z1]]
 
 
 def _options(method: Method, ambient: bool, noise: Noise) -> Options | Paper | None:

@@ -57,7 +57,7 @@ def run_case(case: Case, folder: Path, command: str) -> dict[str, Any]:
     indirect = None
     if case.rendered:
         indirect = render.interreflected(room, seen, spp=case.rendered, seed=case.seed + THIRD_SEED)
-    found = localize(seen, room.geometry, indirect=indirect, seed=case.seed)
+    found = localize(seen, room.geometry, bounds=case.bounds, indirect=indirect, seed=case.seed)
     clock.lap("localize")
     comparison = compare(found.lights, room.lights, room.diagonal)
     again = rerender(case, room, seen, found.lights)

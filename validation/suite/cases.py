@@ -9,6 +9,8 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+Corner = tuple[float, float, float]
+
 
 class Case(BaseModel):
     """One row: a scene, how it is observed, what must come out and how near.
@@ -30,6 +32,7 @@ class Case(BaseModel):
     points: int = Field(4096, ge=1, le=200_000)
     spp: int = Field(256, ge=2, le=65_536)
     rendered: int = Field(0, ge=0, le=65_536)  # samples per light; 0: footnote 1 alone
+    bounds: tuple[Corner, Corner] | None = None  # of the region that may hold lights
     seed: int = Field(0, ge=0)
     gated: bool = True
     closed_form: bool = False  # also judge B itself, in the integrating sphere
