@@ -37,8 +37,8 @@ AT_BORDER = 0.01
 WIDENINGS = 3
 """Times that a region may be widened: each time it doubles."""
 
-LESS = 0.9
-"""What a light beyond the border must leave of what one within it does, at a glance."""
+LESS = 0.97
+"""Share of the robust loss of a light within that one beyond the border may leave, at a glance."""
 
 ALIKE = 1 + 1e-3
 """Chi-square in a wider region may be more by so little, which is a polish's."""
@@ -116,15 +116,18 @@ def widened(
 ) -> Localization:
     """Look into a region, and into wider ones while an open side stops a light.
 
-    ``look`` finds at most one light, roughly, where its second argument says so: that often tells
-    already. Where no light explains what is lit, every open side is moved. A wider region is kept
+    ``look`` finds at most one light, roughly, where its second argument says so: at that glance all
+    open sides are tried, since one light far out often tells already. Later they are only where no
+    light was found. A wider region is kept
     if what it leaves is no more. A verdict says where a light lies at an open side in the end.
     """
 
     def further(region: Region, glance: bool) -> tuple[Region, Localization]:
         found = look(region, glance)
         for _ in range(WIDENINGS if may else 0):
-            sides = region.met(found.lights) if len(found.lights) else region.open
+            sides = region.met(found.lights)
+            if not sides.any() and (glance or not len(found.lights)):
+                sides = region.open
             if not sides.any() or found.reason is Reason.DARK:
                 break
             wider = region.wider(sides, q, geometry)
@@ -144,6 +147,8 @@ def widened(
 def moved(box: NDArray[np.float64], out: NDArray[np.float64]) -> NDArray[np.float64]:
     """A box (2, 3) whose sides are moved outwards by (2, 3) lengths.
 
+    Examples
+    --------
     >>> moved(np.array([[0.0, 0, 0], [1, 1, 1]]), np.array([[0, 0, 0.5], [0, 2, 0]])).tolist()
     [[0.0, 0.0, -0.5], [1.0, 3.0, 1.0]]
     """
