@@ -33,7 +33,6 @@ LOOKS, ON = 6, 256
 AT_BORDER = 0.01
 """Of the longest side: a light so near an open side may lie beyond it."""
 
-
 WIDENINGS = 3
 """Times that a region may be widened: each time it doubles."""
 
@@ -118,8 +117,8 @@ def widened(
 
     ``look`` finds at most one light, roughly, where its second argument says so: at that glance all
     open sides are tried, since one light far out often tells already. Later they are only where no
-    light was found. A wider region is kept
-    if what it leaves is no more. A verdict says where a light lies at an open side in the end.
+    light was found. A wider region is kept if what it leaves is no more. A verdict says where a
+    light lies at an open side in the end.
     """
 
     def further(region: Region, glance: bool) -> tuple[Region, Localization]:
@@ -187,5 +186,5 @@ def is_open(
     return sides
 
 
-OUTWARDS = np.array([[[-1.0]], [[1.0]]])[:, 0]
+OUTWARDS = np.array([[-1.0], [1.0]])
 """(2, 1) which way the lower and the upper side look."""
