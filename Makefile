@@ -36,7 +36,7 @@ lint: setup  ## style, types, and which file may import which
 PYTEST := $(BIN)/python -m pytest -n 2 --dist loadfile
 
 test-fast: lint  ## laws, agreement with the renderer, prose: in two minutes
-	$(PYTEST) -m 'not long' tests/laws tests/agreement tests/prose
+	$(PYTEST) -m 'not long and not slow' tests/laws tests/agreement tests/prose
 
 test: lint  ## all that CI runs: in ten minutes
 	$(PYTEST) -m 'not long'

@@ -102,6 +102,7 @@ def test_which_integrators_give_the_derivative(load):
         by_integrator(room, "prb")
 
 
+@pytest.mark.slow
 def test_two_lights_are_found(load):
     """With noise, from a few starts, the count known: the best start ends at the lights."""
     room = load("box_two")
@@ -114,6 +115,7 @@ def test_two_lights_are_found(load):
     assert np.array_equal(there.positions[best], there.lights.positions)
 
 
+@pytest.mark.slow
 def test_a_light_too_few_leaves_a_residual(load):
     """Negative control: with one light for two, the loss stays far above the noise's 1."""
     room = load("box_two")
@@ -131,6 +133,7 @@ def test_the_rooms_own_lights_are_not_looked_at(load):
     assert np.array_equal(first.losses, second.losses)
 
 
+@pytest.mark.slow
 def test_colours(load):
     """Three channels: coloured lights are found with their colours."""
     room = load("box_colored")

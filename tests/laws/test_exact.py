@@ -46,6 +46,7 @@ def answered(room, radiance, kept: list[int]):
     return Ladder.on(view).with_("start", fit), ground.whole
 
 
+@pytest.mark.slow
 def test_lights_that_are_missing_are_exchanged_for(room):
     """Two of twelve lights missing, the others having taken their part: all come exactly."""
     ladder, whole = answered(room, room.observe().radiance, list(range(2, LIGHTS)))
@@ -70,6 +71,7 @@ def test_a_light_too_many_is_dropped(room):
     assert len(there.best) == LIGHTS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("off", ["rounded", "smooth"])
 def test_what_can_not_come_to_nothing_is_left_alone(room, off):
     """B in 32 bits, or of a model that is a little different: no light is added, no error told."""

@@ -125,6 +125,7 @@ WITH_PYTHON = [page for page in PAGES if blocks(page, "python")]
 SHELL = [(page, c) for page in PAGES for b in blocks(page, "console") for c in commands(b)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", WITH_PYTHON, ids=lambda page: page.name)
 def test_python_blocks(page, tmp_path):
     """A page's Python blocks run, in order, in a process of their own at the project's root."""
@@ -154,6 +155,7 @@ def folder(tmp_path_factory) -> Callable[[Path], Path]:
     return make
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("page", "line"), SHELL, ids=lambda value: getattr(value, "name", value))
 def test_shell_lines(page, line, folder):
     """Each ``$ lightloc`` line of a page runs and ends well."""
