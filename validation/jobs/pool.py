@@ -7,6 +7,7 @@ import os
 import signal
 import threading
 import time
+import warnings
 from collections import deque
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, wait
@@ -131,6 +132,8 @@ def _until_one_fails(
     """Run from the queue until it is empty, or a scene must be ended together with the pool."""
     from joblib.externals.loky import ProcessPoolExecutor
 
+    # loky replaces workers that have grown, between two scenes: nothing is lost
+    warnings.filterwarnings("ignore", "A worker stopped while some jobs", UserWarning)
     pool = ProcessPoolExecutor(jobs, initializer=_belong_to_the_run, env=ONE_THREAD)
     running: dict[Any, tuple[str, float]] = {}  # a future: its scene, and when it must have ended
     try:
