@@ -302,6 +302,11 @@ def fall(positions: NDArray, times: int = 1) -> float:  # noqa: F821
     return times * min(z for _, _, z in positions)
 
 
+# Python 3.13 takes the indentation away
+first, *rest = inspect.cleandoc(fall.__doc__).split("\n")
+fall.__doc__ = "\n".join([first, *(f"    {line}" if line else "" for line in rest), "    "])
+
+
 def with_(before: str, after: str) -> Any:
     """The function above with another docstring."""
     copy = FunctionType(fall.__code__, globals(), fall.__name__, fall.__defaults__)
