@@ -275,6 +275,7 @@ class Localization:
             raise ValueError(said if said.startswith(f"{path}: ") else f"{path}: {said}") from None
 
     def __str__(self) -> str:
+        power = "W/sr" if self.unit == "m" else f"W sr^-1 m^-2 {self.unit}^2"
         rows = [f"{len(self.lights)} light(s). {self.reason.value}"]
         for p, I, dp, dI in zip(
             self.lights.positions,
@@ -285,7 +286,7 @@ class Localization:
         ):
             where = ", ".join(f"{a:.4f} ± {e:.1g}" for a, e in zip(p, dp, strict=True))
             bright = ", ".join(f"{a:.4f} ± {e:.1g}" for a, e in zip(I, dI, strict=True))
-            rows.append(f"  ({where}) {self.unit}   {bright} W/sr")
+            rows.append(f"  ({where}) {self.unit}   {bright} {power}")
         rows += [f"  {verdict.sentence}" for verdict in self.verdicts]
         return "\n".join(rows)
 

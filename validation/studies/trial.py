@@ -53,7 +53,7 @@ class Trial:
     certificate
         The largest correlation of the residual with a further light, standard errors.
     chi2
-        Chi-square a residual, robust.
+        Chi-square per residual, robust.
     seconds
         Of the search, on one thread.
     ceiling
