@@ -16,7 +16,15 @@ from lightloc.answer import (
 from lightloc.brdf import BRDF, Conductor, Irradiance, Lambert, Mixed, Plastic
 from lightloc.fields import Grid, intensity, intensity_distance
 from lightloc.fit import Bound, cramer_rao
-from lightloc.given import Geometry, Interreflecting, Observations, Options, PointLights
+from lightloc.given import (
+    Geometry,
+    Interreflecting,
+    Observations,
+    Options,
+    OtherwiseLit,
+    PointLights,
+    remove_known,
+)
 from lightloc.interreflection import remove_indirect
 from lightloc.localize import localize
 from lightloc.optics import check_gradient, radiance, shading, shading_gradient
@@ -36,6 +44,8 @@ __all__ = [  # in pipeline order
     "Observations",
     "Geometry",
     "Interreflecting",
+    "OtherwiseLit",
+    "remove_known",
     "remove_indirect",
     "shading",
     "shading_gradient",

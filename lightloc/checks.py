@@ -107,6 +107,13 @@ def unit_vectors(name: str, value: ArrayLike, n: int) -> NDArray[np.float64]:
     return result
 
 
+def unit_word(name: str, value: object) -> str:
+    """The name of a unit of length; raises ValueError naming the field where it is no word."""
+    if not isinstance(value, str) or not value.isprintable() or not value.strip():
+        raise ValueError(f"{name} is no word; expected the unit of length, as 'm'")
+    return value
+
+
 def check_radiance(name: str, radiance: NDArray[np.floating], error: NDArray[np.floating]) -> None:
     """Refuse a radiance below zero that is said to be exact (error 0), both of one shape.
 

@@ -9,10 +9,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lightloc.answer import Localization, Step, Way, among
+from lightloc.answer import Assumption, Localization, Step, Way, among
 from lightloc.backend import one_blas_thread
 from lightloc.fit import Criterion, Fit, Problem, is_exact, presumed, working_sigma
-from lightloc.given import Geometry, Observations, Options, PointLights
+from lightloc.given import Geometry, Observations, Options, PointLights, remove_known
 from lightloc.interreflection import Indirect, remove_indirect, rendering, rounds
 from lightloc.paper import Paper, Surface, published
 from lightloc.search import (
@@ -45,9 +45,10 @@ def localize(
     Parameters
     ----------
     observations : Observations
-        What is seen. Interreflected light in it is removed first.
+        What is seen. Known light in it, and interreflected light, are removed first.
     geometry : Geometry, optional
-        What occludes; nothing does where None.
+        What occludes; nothing does where None. The light of emitters that it knows of (see
+        `OtherwiseLit`) is subtracted.
     method : {"search", "paper"}
         Our own search, or the method as published, which takes one channel and a known sigma.
     bounds : (2, 3) array_like, optional
@@ -109,7 +110,8 @@ def localize(
     ([[0.5, -0.3, 1.2]], 'CONVERGED')
     """
     o = settings(method, options, surface, indirect)
-    seen, used = looked_at(observations, geometry)
+    measured, used = looked_at(observations, geometry)
+    seen = remove_known(measured, geometry, seed=seed)
     if isinstance(o, Options) and seen.sigma is None:
         seen, o = presumed(seen), replace(o, noise="estimate")
     region = Region.of(observations, geometry, bounds)
@@ -123,11 +125,16 @@ def localize(
                 "footnote 1 would gather from points that are saturated; give indirect, to render "
                 "interreflected light"
             )
+
+    def answered(found: Localization) -> Localization:
+        known = () if seen is measured else (Assumption.KNOWN_LIGHT,)
+        return replace(among(found, used), way=way, assumed=(*found.assumed, *known))
+
     if isinstance(o, Paper):
         if surface is not None and not used.all():
             raise ValueError("a surface has a place for each observation, and some are saturated")
         found = published(direct, geometry, region.bounds, o, surface, watch)
-        return replace(among(found, used), way=way)
+        return answered(found)
 
     def look(region: Region, glance: bool) -> Localization:
         ground = Ground.of(direct, geometry, region.bounds, o, seed)
@@ -142,7 +149,7 @@ def localize(
 
     with one_blas_thread():
         found = widened(look, region, seen, geometry, may=bounds is None)
-    return replace(among(found, used), way=way)
+    return answered(found)
 
 
 def settings(

@@ -116,8 +116,6 @@ def _check(file: SceneFile, node: Any) -> None:
     why = None
     if not _is_known(node):
         why = f"this Mitsuba has no {_kind(node)} '{plugin}'"
-    elif kind == "Emitter" and plugin != "point":
-        why = f"{_name(node)} is of type {plugin}; expected point emitters"
     elif kind == "Shape" and any(part.props.plugin_name() == "point" for part in parts):
         why = f"{_name(node)} has a point emitter; expected one that is no shape's"
     elif kind != "Scene" and any(part.type.name == "Medium" for part in parts):

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from render.film import borrow, likeness, smooth
 from render.material import material_at
-from render.observe import Transport
 from render.room import Room
-from render.transport import LANES, direct, indirect
+from render.surfaces import scatters, transmits, two_sided
+from render.transport import LANES, Transport, direct, indirect, known_light
 from render.view import NOTHING, View, appearance
 
 GRID = 4  # rays squared over a pixel's footprint, its corners among them: no straight edge escapes
@@ -127,6 +127,15 @@ def photograph(
             film[block] += (
                 borrow(steady, own, block, wanted, WEIGHTS) - steady.reshape(-1, 3)[block]
             )
+    if room.known is not None:
+        there = dr.gather(mi.SurfaceInteraction3f, si, mi.UInt32(np.flatnonzero(hit)))
+        x, w = _numpy(there.p), _numpy(there.to_world(there.wi))
+        more, sigma = np.zeros((2, pixels.count, 3))
+        more[hit], sigma[hit] = known_light(room.known, x, w, spp, seed, transport)
+        B, variance = B + layer(more), variance + sigma**2
+        lamps, sky = _emitted(room, si)
+        pure &= ~lamps
+        film += np.where(hit[:, None], more, sky)
     return View(
         radiance=B,
         variance=layer(variance),
@@ -214,10 +223,21 @@ def _footprint(room: Room, pixels: _Pixels, block: NDArray, centre: Any) -> tupl
     same &= dr.dot(n, c.to_world(c.wi)) > SMOOTH  # else the footprint is long and thin
     f, g = _fingerprint(si), _fingerprint(c)
     same &= dr.max(dr.abs(f - g)) <= SAME_BRDF * dr.max(g)
-    same &= (mi.Frame3f.cos_theta(c.wi) > 0) | mi.has_flag(c.bsdf().flags(), mi.BSDFFlags.BackSide)
+    flags = c.bsdf().flags()
+    same &= (mi.Frame3f.cos_theta(c.wi) > 0) | two_sided(flags)
+    same &= scatters(flags) & ~transmits(flags)
     B = np.where(np.array(si.is_valid())[:, None], direct(room.scene, si), 0)
     pure = np.array(same).reshape(-1, GRID**2).all(axis=1)
     return pure, WEIGHTS @ B.reshape(-1, GRID**2, 3)
+
+
+def _emitted(room: Room, si: Any) -> tuple[NDArray, NDArray]:
+    """Of n pixels: which show a lamp, (n,), and the radiance of the sky there, (n, 3)."""
+    lamps = [place for place, shape in enumerate(room.known.shapes()) if shape.is_emitter()]
+    shown = np.isin(_shape_index(room, si), lamps)
+    behind = room.known.environment()
+    sky = np.zeros(3) if behind is None else _numpy(behind.eval(si))
+    return shown, np.broadcast_to(sky, (len(shown), 3))
 
 
 def _likeness_of_rays(room: Room, pixels: _Pixels, block: NDArray) -> NDArray[np.float64]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from render.room import find
+from render.room import find_file
 from render.scene_file import SceneFile
 from render.variant import use_mitsuba
 
@@ -37,4 +37,4 @@ def files_of(path: str | Path, **parameters: Any) -> list[Path]:
     ['furnished.xml', 'rounded_block.ply', 'torus.ply', 'vase.ply']
     """
     use_mitsuba()
-    return SceneFile.read(find(path), parameters).files()
+    return SceneFile.read(find_file(path), parameters).files()

@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from lightloc import Observations, PointLights
 from lightloc.checks import array, number
-from render.material import children
-from render.transport import bounds_of, indirect, probe
+from render.material import children, is_grey
+from render.transport import Transport, bounds_of, indirect, known_light, probe
 
 SHADOW_EPSILON = 8.9e-4  # share of a shadow ray left out at its far end, as in Mitsuba
 
@@ -31,6 +31,8 @@ class SceneGeometry:
     ----------
     scene : mitsuba.Scene
         The scene as Mitsuba has it.
+    known : mitsuba.Scene, optional
+        The same surfaces under emitters that are not to be found.
 
     Examples
     --------
@@ -45,6 +47,7 @@ class SceneGeometry:
     """
 
     scene: Any = field(repr=False)
+    known: Any = field(default=None, repr=False)
 
     @property
     def bounds(self) -> NDArray[np.float64]:
@@ -63,6 +66,30 @@ class SceneGeometry:
         ray = mi.Ray3f(mi.Point3f(x), mi.Vector3f(d))
         hit = self.scene.ray_intersect_preliminary(ray, coherent=False, active=mi.Mask(active))
         return hit.is_valid() & active, ray(dr.select(hit.is_valid(), hit.t, 0))
+
+    def known_light(
+        self, observations: Observations, samples: int = 256, seed: int = 0
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """As of `lightloc.OtherwiseLit`: rendered by Mitsuba; zero where there is none.
+
+        Raises ValueError where there are fewer than two samples, or the observations are irradiance
+        or have one channel where the light has colours.
+        """
+        q = observations
+        number("samples of known light", samples, 2, whole=True)
+        if self.known is None:
+            none = np.zeros((len(q), q.channels))
+            return none, none
+        if q.quantity == "irradiance":
+            raise ValueError("known irradiance can't be rendered, only radiance")
+        own = int(np.random.SeedSequence([STREAM, seed]).generate_state(1)[0])
+        transport: Transport = "full" if q.interreflected else "direct"
+        B, error = known_light(self.known, q.positions, q.directions, samples, own, transport)
+        if q.channels < 3 and not is_grey(B):
+            raise ValueError(
+                "the scene's known light has colours; expected observations with 3 channels"
+            )
+        return B[:, : q.channels], error[:, : q.channels]
 
     def interreflection(
         self, positions: ArrayLike, observations: Observations, samples: int = 256, seed: int = 0

@@ -99,6 +99,11 @@ def numbered(ids: NDArray) -> NDArray[np.intp]:
     return np.argsort(np.argsort(first))[which]
 
 
+def is_grey(colours: NDArray) -> bool:
+    """Whether (n, 3) values are one channel."""
+    return bool(np.ptp(colours, axis=1).max(initial=0) <= GREY * np.abs(colours).max(initial=0))
+
+
 DEFAULTS = {"alpha": 0.5, "ior": 1.5}  # fill the rows that belong to another model
 
 
@@ -155,7 +160,7 @@ def _colour(texture: Any, si: Any) -> NDArray:
 def _compact(value: NDArray, here: NDArray) -> NDArray:
     """One channel where all are grey, one row where all its points agree."""
     mine = value[here]
-    if np.ptp(mine, axis=1).max(initial=0) <= GREY * np.abs(mine).max(initial=0):
+    if is_grey(mine):
         value = value[:, :1]
     if np.ptp(value[here], axis=0).max() == 0:
         value = value[here][:1]

@@ -4,19 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lightloc import Mixed, Observations
 from lightloc.brdf import SceneMaterial
-from render.material import material_at, regions_at
+from render.material import is_grey, material_at, regions_at
 from render.room import Room
 from render.sampling import viewed_points
-from render.transport import direct, indirect, probe, to_numpy
-
-Transport = Literal["direct", "full"]
+from render.transport import Transport, direct, indirect, known_light, probe, to_numpy
 
 
 def observe(
@@ -83,10 +81,7 @@ def observe(
         )
     x, w = viewed_points(room, points, np.random.default_rng(seed), shapes)
     si = probe(room.scene, x, w)
-    B, sigma = direct(room.scene, si), np.zeros((points, 3))
-    if transport == "full":
-        more, sigma = indirect(room.scene, si, spp, seed, watch)
-        B = B + more
+    B, sigma = _measured(room, si, x, w, spp, seed, transport, watch)
     q = observations(si, B, sigma, room, interreflected=transport == "full")
     return add_noise(q, noise, seed) if noise else q
 
@@ -129,15 +124,34 @@ def remeasure(room: Room, q: Observations, *, spp: int = 256, seed: int = 0) -> 
     >>> bool(np.allclose(remeasure(relight(room, lights), q).radiance, 2 * q.radiance))
     True
     """
-    if room.lights.channels > q.channels:
+    x, w = q.positions, q.directions
+    transport: Transport = "full" if q.interreflected else "direct"
+    B, sigma = _measured(room, probe(room.scene, x, w), x, w, spp, seed, transport)
+    if q.channels < 3 and not is_grey(B):
         raise ValueError("grey observations can't be measured again under coloured lights")
-    si = probe(room.scene, q.positions, q.directions)
-    B, sigma = direct(room.scene, si), np.zeros((len(q), 3))
-    if q.interreflected:
-        more, sigma = indirect(room.scene, si, spp, seed)
-        B = B + more
     measured = q.with_radiance(B[:, : q.channels], sigma[:, : q.channels])
     return replace(measured, saturated=np.zeros(len(q), bool), step=0.0)
+
+
+def _measured(
+    room: Room,
+    si: Any,
+    x: NDArray,
+    w: NDArray,
+    spp: int,
+    seed: int,
+    transport: Transport,
+    watch: Callable[[float], None] = lambda share: None,
+) -> tuple[NDArray, NDArray]:
+    """(n, 3) radiance of points x along w, by all light of a room, and its standard error."""
+    B, sigma = direct(room.scene, si), np.zeros((len(x), 3))
+    if transport == "full":
+        more, sigma = indirect(room.scene, si, spp, seed, watch)
+        B = B + more
+    if room.known is not None:
+        more, error = known_light(room.known, x, w, spp, seed, transport, watch)
+        B, sigma = B + more, np.hypot(sigma, error)
+    return B, sigma
 
 
 def observations(
@@ -149,7 +163,7 @@ def observations(
     """
     material = material_at(si)
     regions, names = regions_at(si)
-    if room.lights.channels == 1 and material.channels == 1:
+    if room.lights.channels == 1 and material.channels == 1 and (room.known is None or is_grey(B)):
         B, sigma = B[:, :1], sigma[:, :1]
     w = to_numpy(si.to_world(si.wi))
 
@@ -167,6 +181,7 @@ def observations(
         interreflected=interreflected,
         regions=regions,
         region_names=names,
+        unit=room.unit,
     )
 
 

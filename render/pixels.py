@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from lightloc import BRDF, Lambert, Observations
 from render.exr import read_exr
-from render.material import GREY, material_at, regions_at
+from render.material import is_grey, material_at, regions_at
 from render.room import Room
 from render.transport import probe
 from render.view import DIFFUSE, View, appearance
@@ -67,8 +67,7 @@ def observe_view(
         material, regions = _from_room(name, view, room, w)
     elif material is None:
         material = _from_layers(name, view)
-    spread = np.ptp(B, axis=1).max()
-    c = 1 if material.channels == 1 and spread <= GREY * B.max() else 3
+    c = 1 if material.channels == 1 and is_grey(B) else 3
     return Observations(
         positions=x,
         normals=view.normal[used],
@@ -92,8 +91,7 @@ def _from_layers(name: str, view: View) -> BRDF:
             "known to the scene alone; name the scene as well"
         )
     albedo = view.albedo[view.used].astype(float)
-    grey = np.ptp(albedo, axis=1).max() <= GREY * albedo.max()
-    return Lambert(albedo=albedo[:, :1] if grey else albedo)
+    return Lambert(albedo=albedo[:, :1] if is_grey(albedo) else albedo)
 
 
 def _from_room(

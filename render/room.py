@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import importlib.resources
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +12,12 @@ import mitsuba as mi
 import numpy as np
 
 from lightloc import PointLights
+from lightloc.checks import unit_word
 from render.accepted import build
+from render.emitters import POINT, check_find, extinguish
 from render.geometry import SceneGeometry, lit
 from render.scene_file import SceneFile, text_of
+from render.surfaces import left_out
 from render.transport import bounds_of, diagonal_of
 from render.variant import use_mitsuba
 
@@ -38,11 +41,15 @@ class Room:
     parameters : mapping of str to value
         Values that the scene's own ``<default>`` names were given.
     scene : mitsuba.Scene
-        The scene as Mitsuba has it.
+        The surfaces under the lights that are to be found alone.
     lights : PointLights
-        Its lights: positions in the scene's unit of length, intensities in W/sr.
+        The lights that are to be found: positions in the unit of length, intensities in W/sr.
     geometry : SceneGeometry
-        Its surfaces.
+        Its surfaces, and its known light.
+    known : mitsuba.Scene or None
+        The same surfaces under the emitters that are not to be found; None where there are none.
+    unit : str
+        The unit of length, a word.
 
     Examples
     --------
@@ -58,6 +65,13 @@ class Room:
     scene: Any = field(repr=False)
     lights: PointLights
     geometry: SceneGeometry
+    known: Any = field(default=None, repr=False)
+    unit: str = "m"
+
+    @property
+    def unobserved(self) -> dict[str, str]:
+        """Surfaces that `observe` leaves out, each with the reason, as "is glass"."""
+        return {name: why for _, name, why in left_out(self.scene, self.known)}
 
     @property
     def diagonal(self) -> float:
@@ -88,7 +102,7 @@ def standard_scenes() -> list[str]:
     return sorted(file.name[:-4] for file in files if file.name.endswith(".xml"))
 
 
-def find(path: str | Path) -> Path:
+def find_file(path: str | Path) -> Path:
     """The file of a scene: a path, or the name of a standard scene with or without ``.xml``.
 
     Raises ValueError naming the file where there is none.
@@ -104,31 +118,44 @@ def find(path: str | Path) -> Path:
     )
 
 
-def load(path: str | Path, **parameters: Any) -> Room:
-    """Load a Mitsuba scene whose lights are ``point`` emitters.
+def load(
+    path: str | Path,
+    *,
+    find: str | Sequence[str] = POINT,
+    unit: str | None = None,
+    **parameters: Any,
+) -> Room:
+    """Load a Mitsuba scene, and hide its ``point`` emitters as the lights to be found.
 
     Parameters
     ----------
     path : str or Path
         An XML file, or the name of a standard scene.
+    find : "point" or sequence of str
+        The lights to be found: all of the scene's own point emitters, or those with these ids. All
+        other emitters are known light, which is rendered and subtracted.
+    unit : str, optional
+        The unit of length, a word as "cm", for prints and files: no result depends on it. Where
+        None, metres for a standard scene, and "unit" for other files, which do not say it.
     **parameters : str, float, int or bool
         Values for the names that the scene uses as ``$alpha``, as ``alpha=0.2``.
 
     Returns
     -------
     Room
-        The scene, its lights, and its surfaces as a geometry. Integrators are left out, and films,
-        samplers and sensors that this Mitsuba does not have; ``null`` surfaces are none.
+        The scene, its lights, none perhaps, and its surfaces as a geometry. Integrators are left
+        out, and films, samplers and sensors that this Mitsuba does not have; ``null`` surfaces are
+        none.
 
     Raises
     ------
     ValueError
         If there is no such file or it can't be read, a parameter is unknown, missing or not finite,
-        the scene has no point emitter or one of another kind, an intensity is negative or not
-        finite, there is no surface or a broken mesh, a plugin or a property is one that this
-        Mitsuba does not have, or something is not modelled: a medium, a surface that lets light
-        straight through, a spectrum without colours in RGB. The message is one sentence that
-        begins with the file, and says the line where there is one.
+        no point emitter has an id of ``find``, an intensity is negative or not finite, there is no
+        surface or a broken mesh, a plugin or a property is one that this Mitsuba does not have, or
+        something is not modelled: a medium, a surface that lets light straight through, a spectrum
+        without colours in RGB. The message is one sentence that begins with the file, and says the
+        line where there is one.
 
     Examples
     --------
@@ -137,18 +164,32 @@ def load(path: str | Path, **parameters: Any) -> Room:
     1
     """
     use_mitsuba()
-    path = find(path)
+    path = find_file(path)
     for name, value in parameters.items():
         if text_of(value).strip().lower().lstrip("+-") in NOT_FINITE:
             raise ValueError(f"{path}: parameter '{name}' is {value}; expected a finite number")
-    scene = build(SceneFile.read(path, parameters))
+    file = SceneFile.read(path, parameters)
+    check_find(file, find)
+    known = None
+    if extinguish(file, find, known=True):
+        other = SceneFile.read(path, parameters)
+        extinguish(other, find, known=False)
+        known = build(other)
+    scene = build(file)
     if not scene.shapes():
         raise ValueError(f"{path}: the scene has no surface")
     try:
         lights = _lights(scene)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
-    return Room(path.stem, path, dict(parameters), scene, lights, SceneGeometry(scene))
+    geometry = SceneGeometry(scene, known)
+    unit = _unit_of(path) if unit is None else unit_word(f"{path}: unit", unit)
+    return Room(path.stem, path, dict(parameters), scene, lights, geometry, known, unit)
+
+
+def _unit_of(path: Path) -> str:
+    """The unit of length of a file, as far as that is known."""
+    return "m" if path.stem in standard_scenes() and path == find_file(path.stem) else "unit"
 
 
 def relight(room: Room, lights: PointLights) -> Room:
@@ -164,7 +205,8 @@ def relight(room: Room, lights: PointLights) -> Room:
     Returns
     -------
     Room
-        The same room with those lights alone, sharing sensors and surfaces.
+        The same room with those lights in place of its own, sharing sensors and surfaces; its known
+        light stays.
 
     Examples
     --------
@@ -174,7 +216,7 @@ def relight(room: Room, lights: PointLights) -> Room:
     [[5.0]]
     """
     scene = lit(room.scene, lights)
-    return Room(room.name, room.path, room.parameters, scene, lights, SceneGeometry(scene))
+    return replace(room, scene=scene, lights=lights, geometry=SceneGeometry(scene, room.known))
 
 
 def triangles(room: Room) -> tuple[np.ndarray, np.ndarray]:
@@ -235,11 +277,10 @@ def _tessellated(shape: Any) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _lights(scene: Any) -> PointLights:
-    emitters = scene.emitters()
-    if not emitters:
-        raise ValueError("the scene has no point emitter; expected at least one light to hide")
+    if not scene.emitters():
+        return PointLights(np.zeros((0, 3)), np.zeros((0, 1)))
     positions, intensities = [], []
-    for emitter in emitters:
+    for emitter in scene.emitters():
         values = mi.traverse(emitter)
         colour = next(key for key in values.keys() if key.startswith("intensity"))  # noqa: SIM118
         positions.append(np.array(values["position"], float).ravel())

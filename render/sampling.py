@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from render.room import Room
+from render.sides import side_of
+from render.surfaces import area_of, left_out, two_sided
 from render.transport import PROBE_SHARE, to_numpy
 
 CLEARANCE = 0.02  # the viewer stands at least this share of the diagonal away
@@ -26,6 +28,7 @@ def viewed_points(
     Raises ValueError where a shape is unknown or too few points are seen.
     """
     chosen, areas = _choose(room, shapes)
+    sides = rng.spawn(1)[0]
     points, views = np.zeros((0, 3)), np.zeros((0, 3))
     for _ in range(ROUNDS):
         want = count - len(points) + 64
@@ -35,7 +38,7 @@ def viewed_points(
         for s, shape in enumerate(chosen):
             mine = which == s
             if mine.any():
-                x, w = _seen(room, shape, uv[:, mine], disc[:, mine])
+                x, w = _seen(room, shape, uv[:, mine], disc[:, mine], sides)
                 points, views = np.concatenate([points, x]), np.concatenate([views, w])
         if len(points) >= count:
             keep = np.sort(rng.permutation(len(points))[:count])
@@ -43,54 +46,44 @@ def viewed_points(
     raise ValueError(f"{room.path}: no viewpoint sees enough of the chosen shapes")
 
 
-def _seen(room: Room, shape: Any, uv: NDArray, disc: NDArray) -> tuple[NDArray, NDArray]:
+def _seen(
+    room: Room, shape: Any, uv: NDArray, disc: NDArray, rng: np.random.Generator
+) -> tuple[NDArray, NDArray]:
     """Of sampled points of one shape, those with a cosine-distributed view that is free.
 
-    They are sampled by ``uv`` and their views by ``disc``, each (2, m) in 0..1.
+    They are sampled by ``uv`` and their views by ``disc``, each (2, m) in 0..1; ``rng`` is for the
+    choice of a side.
     """
     on = shape.sample_position(0, mi.Point2f(uv))
-    side = mi.Vector3f(on.n)
-    if "TwoSided" in shape.bsdf().class_name():  # look from the side that faces the room
-        ahead = room.scene.ray_test(mi.Ray3f(on.p + side * PROBE_SHARE * room.diagonal, side))
-        behind = room.scene.ray_test(mi.Ray3f(on.p - side * PROBE_SHARE * room.diagonal, -side))
-        side = dr.select(behind & ~ahead, -side, side)
+    both = two_sided(shape.bsdf().flags())
+    side = side_of(room, on, rng) if both else mi.Vector3f(on.n)
     w = mi.Frame3f(side).to_world(mi.warp.square_to_cosine_hemisphere(mi.Point2f(disc)))
     start = on.p + w * (PROBE_SHARE * room.diagonal)
     free = ~room.scene.ray_test(mi.Ray3f(start, w, CLEARANCE * room.diagonal, 0, []))
     back = room.scene.ray_intersect(mi.Ray3f(start, -w))
     same = dr.norm(back.p - on.p) < 0.1 * PROBE_SHARE * room.diagonal
-    front = (dr.dot(back.sh_frame.n, w) > 0) | ("TwoSided" in shape.bsdf().class_name())
+    front = (dr.dot(back.sh_frame.n, w) > 0) | both
     good = np.array(free & back.is_valid() & same & front)
     return to_numpy(on.p)[good], to_numpy(w)[good]
 
 
 def _choose(room: Room, shapes: Sequence[str] | None) -> tuple[list[Any], NDArray[np.float64]]:
-    """The shapes to sample, and their areas; unless named, those without an area are left out."""
+    """The shapes to sample, and their areas; unless named, those in `left_out` are not."""
     everything = room.scene.shapes()
-    by_id = {shape.id(): shape for shape in everything if shape.id()}
+    unfit = {place: (name, why) for place, name, why in left_out(room.scene, room.known)}
+    chosen = [place for place in range(len(everything)) if place not in unfit]
     if shapes is not None:
+        by_id = {shape.id(): place for place, shape in enumerate(everything) if shape.id()}
         unknown = [name for name in shapes if name not in by_id]
         if unknown or not shapes:
             raise ValueError(
                 f"{room.path}: has no shape '{unknown[0] if unknown else ''}' "
                 f"(it has: {', '.join(by_id)})"
             )
-        everything = [by_id[name] for name in shapes]
-    areas = [_area(shape) for shape in everything]
-    for shape, area in zip(everything, areas, strict=True):
-        if area is None and (shapes is not None or not any(areas)):
-            name = f"shape '{shape.id()}'" if shape.id() else "a shape"
-            raise ValueError(
-                f"{room.path}: {name} is of type {shape.class_name()}, whose area Mitsuba "
-                "does not know; such shapes can't be sampled"
-            )
-    chosen = [shape for shape, area in zip(everything, areas, strict=True) if area is not None]
-    return chosen, np.array([area for area in areas if area is not None])
-
-
-def _area(shape: Any) -> float | None:
-    """In the scene's unit of length squared; None of an instance or a curve."""
-    try:
-        return float(np.array(shape.surface_area()).ravel()[0])
-    except RuntimeError:
-        return None
+        chosen = [by_id[name] for name in shapes]
+    refused = next((unfit[place] for place in chosen or unfit if place in unfit), None)
+    if refused:
+        raise ValueError(f"{room.path}: {refused[0]} {refused[1]}; such shapes can't be sampled")
+    return [everything[place] for place in chosen], np.array(
+        [area_of(everything[place]) for place in chosen]
+    )

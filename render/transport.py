@@ -1,9 +1,9 @@
-"""Light transport at surface points: probed, direct light by light, indirect by paths."""
+"""Light transport at surface points: direct light by light, indirect and other light by paths."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Literal
 
 import drjit as dr
 import mitsuba as mi
@@ -13,10 +13,13 @@ from scipy.spatial import cKDTree
 
 from render.material import bsdf_of
 
+Transport = Literal["direct", "full"]
+
 PROBE_SHARE = 1e-3  # a probe starts this share of the scene's diagonal off the surface
 LANES = 1 << 21  # samples in one wavefront of the path integrator
 POOL = 16  # neighbours whose standard errors are pooled
 DARKEST = 1e-3  # albedo that counts as black
+KNOWN = 0x0B5E55  # goes into the seed of known light: its errors are its own
 FACING = 0.1  # of the diagonal: how far apart opposite normals count as
 
 
@@ -72,8 +75,64 @@ def indirect(
     One BSDF-sampled bounce by hand, then Mitsuba's path integrator from there: what arrives
     straight from the lights is left to `direct`, which needs no samples.
     """
-    n = dr.width(si)
     path = mi.load_dict({"type": "path", "max_depth": -1, "rr_depth": 8})
+
+    def sample(here: Any, sampler: Any) -> Any:
+        chosen, weight = here.bsdf().sample(
+            mi.BSDFContext(), here, sampler.next_1d(), sampler.next_2d()
+        )
+        ray = here.spawn_ray(here.to_world(chosen.wo))
+        radiance, valid, _ = path.sample(scene, sampler, ray, active=dr.any(weight > 0))
+        return weight * dr.select(valid, radiance, 0)
+
+    return _averaged(scene, si, sample, spp, seed, watch)
+
+
+def known_light(
+    scene: Any,
+    x: NDArray,
+    w: NDArray,
+    spp: int,
+    seed: int,
+    transport: Transport,
+    watch: Callable[[float], None] = lambda share: None,
+) -> tuple[NDArray, NDArray]:
+    """Radiance by a scene's own emitters, of any kind, at points x along w, and its standard error.
+
+    Each is (n, 3), W sr^-1 m^-2. What arrives straight from emitters that are points or come from
+    one direction is exact; where there are others, all is sampled by Mitsuba's path integrator.
+    """
+    own = int(np.random.SeedSequence([KNOWN, seed]).generate_state(1)[0])
+    si = probe(scene, x, w)
+    if all(mi.has_flag(emitter.flags(), mi.EmitterFlags.Delta) for emitter in scene.emitters()):
+        straight = direct(scene, si)
+        if transport == "direct":
+            return straight, np.zeros((len(x), 3))
+        more, error = indirect(scene, si, spp, own, watch)
+        return straight + more, error
+    depth = 2 if transport == "direct" else -1
+    path = mi.load_dict({"type": "path", "max_depth": depth, "rr_depth": 8})
+    reach = PROBE_SHARE * diagonal_of(scene)
+
+    def sample(here: Any, sampler: Any) -> Any:
+        towards = here.to_world(here.wi)
+        ray = mi.Ray3f(here.p + reach * towards, -towards)
+        radiance, valid, _ = path.sample(scene, sampler, ray)
+        return dr.select(valid, radiance, 0)
+
+    return _averaged(scene, si, sample, spp, own, watch)
+
+
+def _averaged(
+    scene: Any,
+    si: Any,
+    sample: Callable[[Any, Any], Any],
+    spp: int,
+    seed: int,
+    watch: Callable[[float], None],
+) -> tuple[NDArray, NDArray]:
+    """(n, 3) mean of ``spp`` samples at each of n interactions, and its standard error."""
+    n = dr.width(si)
     sampler = mi.load_dict({"type": "independent", "sample_count": spp})
     mean, error = np.zeros((n, 3)), np.zeros((n, 3))
     rows = max(1, LANES // spp)
@@ -82,12 +141,7 @@ def indirect(
         lane = dr.arange(mi.UInt32, count * spp) // spp + first
         here = dr.gather(mi.SurfaceInteraction3f, si, lane)
         sampler.seed((seed * 1000003 + block) % 2**32, count * spp)
-        sample, weight = here.bsdf().sample(
-            mi.BSDFContext(), here, sampler.next_1d(), sampler.next_2d()
-        )
-        ray = here.spawn_ray(here.to_world(sample.wo))
-        radiance, valid, _ = path.sample(scene, sampler, ray, active=dr.any(weight > 0))
-        value = weight * dr.select(valid, radiance, 0)
+        value = sample(here, sampler)
         dr.eval(value)  # or each sum would trace the paths again
         sums = [dr.block_sum(channel, spp) for channel in value]
         squares = [dr.block_sum(dr.square(channel), spp) for channel in value]

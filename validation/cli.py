@@ -14,7 +14,7 @@ import typer
 
 from validation.commands.figures import figures_command
 from validation.commands.localize import localize_command
-from validation.commands.outputs import SEED, SET, parameters, sentence, writable
+from validation.commands.outputs import FIND, SEED, SET, UNIT, parameters, sentence, writable
 from validation.commands.paired import paired_command
 from validation.commands.running import stoppable
 from validation.commands.study import study_command
@@ -70,7 +70,10 @@ def render_command(
     transport: Transport = Transport.full,
     noise: Annotated[float, typer.Option(help="Shot-noise level k, e.g. 0.01.")] = 0.0,
     set_: SET = [],  # noqa: B006
+    find: FIND = [],  # noqa: B006
+    unit: UNIT = None,
     view: Annotated[Path | None, typer.Option(help="Also write the camera's view, as EXR.")] = None,
+    sensor: Annotated[int, typer.Option(min=0, help="Which of the scene's cameras.")] = 0,
     lights: Annotated[Path | None, typer.Option(help="Also write the true lights, JSON.")] = None,
 ) -> None:
     """Render a scene and write what is seen of it (never its lights).
@@ -83,7 +86,7 @@ def render_command(
     with Bar("rendering", total=1.0) as bar:
         import render
 
-        room = render.load(scene, **parameters(set_))
+        room = render.load(scene, find=find or "point", unit=unit, **parameters(set_))
         seen = render.observe(
             room,
             points=points,
@@ -94,7 +97,9 @@ def render_command(
             watch=bar.to,
         )
         picture = (
-            render.photograph(room, spp=max(2, spp), seed=seed, transport=transport.value)
+            render.photograph(
+                room, sensor=sensor, spp=max(2, spp), seed=seed, transport=transport.value
+            )
             if view
             else None
         )
@@ -104,6 +109,8 @@ def render_command(
         if view and picture:
             render.write_exr(picture, ready(view))
     print(f"{out}: {len(seen)} observations of {room.name}, {seen.channels} channel(s)")
+    if room.unobserved:
+        print("not observed:", "; ".join(f"{name} {why}" for name, why in room.unobserved.items()))
 
 
 app.command("localize")(localize_command)
@@ -118,6 +125,7 @@ def compare_command(
         float, typer.Option(help="Allowed error of the intensity, percent.")
     ] = 5.0,
     set_: SET = [],  # noqa: B006
+    find: FIND = [],  # noqa: B006
 ) -> None:
     """Judge found lights by the true ones. Exits with 1 where they differ.
 
@@ -133,7 +141,7 @@ def compare_command(
     else:
         import render
 
-        room = render.load(truth, **parameters(set_))
+        room = render.load(truth, find=find or "point", **parameters(set_))
         true, diagonal = room.lights, room.diagonal
     verdict = compare(lights, true, diagonal)
     print(verdict)

@@ -6,11 +6,14 @@ For other rooms, in pipeline order:
 - `Observations`: the set Q of section 3.1 with its radiance B(q) and standard errors.
 - `Geometry`: what occludes, as a value with two functions over Dr.Jit arrays.
 - `Interreflecting`: one that can render the light between its surfaces too.
+- `OtherwiseLit`: one that can render the light of known emitters.
+- `remove_known`: the observations without that light.
 - `RAY_OFFSET`: how far off a surface its shadow rays start.
 - `Options`: what a user may want to set.
 """
 
-from lightloc.given.geometry import RAY_OFFSET, Geometry, Interreflecting
+from lightloc.given.geometry import RAY_OFFSET, Geometry, Interreflecting, OtherwiseLit
+from lightloc.given.known import remove_known
 from lightloc.given.lights import PointLights
 from lightloc.given.observations import Observations
 from lightloc.given.options import Options
@@ -20,6 +23,8 @@ __all__ = [
     "Observations",
     "Geometry",
     "Interreflecting",
+    "OtherwiseLit",
+    "remove_known",
     "RAY_OFFSET",
     "Options",
 ]

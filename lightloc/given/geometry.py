@@ -166,3 +166,62 @@ class Interreflecting(Geometry, Protocol):
         [0.5, 0.5]
         """
         ...
+
+
+@runtime_checkable
+class OtherwiseLit(Geometry, Protocol):
+    """A geometry that knows of light from emitters that are not to be found, and can render it.
+
+    `localize` subtracts it first, with its error. `render.SceneGeometry` is one.
+
+    Examples
+    --------
+    >>> from lightloc import OtherwiseLit
+    >>> class Ceiling:
+    ...     def visible(self, x, p, active=True):
+    ...         return ((x[2] < 2) == (p[2] < 2)) & active
+    ...     def intersect(self, x, d, active=True):
+    ...         t = (2 - x[2]) / d[2]
+    ...         return (t > 0) & active, x + t * d
+    >>> isinstance(Ceiling(), OtherwiseLit)  # it knows no emitters
+    False
+    """
+
+    def known_light(
+        self, observations: Observations, samples: int, seed: int
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Render the radiance by the known emitters.
+
+        Parameters
+        ----------
+        observations : Observations
+            The n observations: what is seen, and from where. Interreflected light of the known
+            emitters belongs to it where they hold such light.
+        samples : int
+            Paths per observation.
+        seed : int
+            Seed of the paths.
+
+        Returns
+        -------
+        B : (n, c) array
+            Radiance, W sr^-1 m^-2.
+        error : (n, c) array
+            Its standard error; 0 where it is exact.
+
+        Examples
+        --------
+        Under a sky of radiance 1, a floor of albedo a has the radiance a:
+
+        >>> import numpy as np
+        >>> from lightloc import Lambert, Observations
+        >>> class Floor:
+        ...     def known_light(self, observations, samples, seed):
+        ...         a = np.broadcast_to(observations.material.albedo, (len(observations), 1))
+        ...         return a, np.zeros_like(a)
+        >>> q = Observations(positions=[[0, 0, 0]], normals=[[0, 0, 1]], directions=[[0, 0, 1]],
+        ...                  radiance=[0.7], material=Lambert(albedo=0.5))
+        >>> Floor().known_light(q, 64, 0)[0].tolist()
+        [[0.5]]
+        """
+        ...

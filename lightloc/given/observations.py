@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lightloc import brdf
-from lightloc.checks import array, check_radiance, numbers, unit_vectors
+from lightloc.checks import array, check_radiance, numbers, unit_vectors, unit_word
 from lightloc.files import archive, whole
 
 FORMAT = "lightloc-observations-2"
@@ -161,9 +161,7 @@ class Observations:
         clipped.setflags(write=False)
         put(self, "saturated", clipped)
         put(self, "step", float(array("Observations.step", step, (), least=0.0)))
-        if not isinstance(unit, str) or not unit.isprintable() or not unit.strip():
-            raise ValueError("Observations.unit is no word; expected the unit of length, as 'm'")
-        put(self, "unit", unit)
+        put(self, "unit", unit_word("Observations.unit", unit))
 
     def __len__(self) -> int:
         return len(self.positions)

@@ -363,8 +363,6 @@ REFUSED = {
     ),
     "half null": (pane(BLEND), "'pane'", "see-through"),
     "window in a group": (IN_A_GROUP + INSTANCE, "'w'", "see-through"),
-    "area light": (pane(light("area")), "of type area; expected point emitters"),
-    "spot": (light("spot", id="s"), "emitter 's' is of type spot; expected point emitters"),
     "a shape's own light": (pane(light("point")), "'pane'", "point emitter"),
     "property of a shape": (pane(number("bevel")), "'cube'", "property 'bevel'"),
     "transform": (

@@ -24,7 +24,7 @@ from numpydoc.docscrape import get_doc_object
 from numpydoc.validate import validate
 from test_prose import FLAGS, METHOD, PACKAGES, ROOT, symbols
 
-from lightloc import BRDF, Geometry, Interreflecting, PointLights, Surface
+from lightloc import BRDF, Geometry, Interreflecting, OtherwiseLit, PointLights, Surface
 from lightloc.brdf import Bounded, Sloped
 from render import triangles
 
@@ -79,7 +79,7 @@ def members(thing: type) -> Iterator[tuple[str, Any]]:
             yield name, value if isinstance(value, property) else getattr(thing, name)
 
 
-PROTOCOLS = (BRDF, Bounded, Sloped, Geometry, Interreflecting, Surface)
+PROTOCOLS = (BRDF, Bounded, Sloped, Geometry, Interreflecting, OtherwiseLit, Surface)
 
 
 def is_asked_for(thing: type, name: str) -> bool:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from validation.commands.outputs import SEED, SET, parameters, writable
+from validation.commands.outputs import FIND, SEED, SET, UNIT, parameters, writable
 from validation.jobs import ready, write_json
 
 if TYPE_CHECKING:
@@ -57,6 +57,8 @@ def localize_command(
         Noise, typer.Option(help="Take sigma as given, or estimate it from what is left.")
     ] = Noise.given,
     set_: SET = [],  # noqa: B006
+    find: FIND = [],  # noqa: B006
+    unit: UNIT = None,
     seed: SEED = 0,
 ) -> None:
     """Find the lights that explain the observations.
@@ -75,7 +77,8 @@ def localize_command(
         import render
         from lightloc import Observations, localize
 
-        room = render.load(scene, **parameters(set_)) if scene else None
+        point = find or "point"
+        room = render.load(scene, find=point, unit=unit, **parameters(set_)) if scene else None
         if observations.suffix.lower() == ".exr":
             seen = render.observe_view(observations, room)
         else:

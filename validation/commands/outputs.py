@@ -12,6 +12,18 @@ SET = Annotated[
     list[str], typer.Option("--set", help="A value for a scene parameter, as alpha=0.2.")
 ]
 
+FIND = Annotated[
+    list[str],
+    typer.Option(
+        help="Id of a point light that is to be found, the others being known light; all of them "
+        "where it is not given."
+    ),
+]
+
+UNIT = Annotated[
+    str | None, typer.Option(help="The scene's unit of length, as cm; no result depends on it.")
+]
+
 SEED = Annotated[int, typer.Option(min=0, help="Random seed: the same seed, the same output.")]
 
 

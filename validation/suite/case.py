@@ -46,7 +46,8 @@ def run_case(case: Case, folder: Path, command: str) -> dict[str, Any]:
     """Run one case and leave its files in ``folder``; returns the content of result.json."""
     forget_peak()
     clock = _Clock()
-    room = render.load(case.scene, **case.parameters)
+    values: dict[str, Any] = dict(case.parameters)
+    room = render.load(case.scene, find=case.find, unit=case.unit, **values)
     if case.lights:
         table = np.array(case.lights)
         room = render.relight(room, PointLights(table[:, :3], table[:, 3:]))

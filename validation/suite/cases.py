@@ -26,6 +26,8 @@ class Case(BaseModel):
     claim: str
     brdf: Literal["diffuse", "conductor", "plastic", "mixed"]
     parameters: dict[str, float] = {}
+    find: Literal["point"] | tuple[str, ...] = "point"  # or the ids of the lights to be found
+    unit: str | None = None  # of length
     lights: tuple[tuple[float, float, float, float], ...] = ()
     transport: Literal["direct", "full"] = "direct"
     noise: float = Field(0.0, ge=0, lt=1)
