@@ -16,6 +16,7 @@ from render.surfaces import area_of, left_out, two_sided
 from render.transport import PROBE_SHARE, to_numpy
 
 CLEARANCE = 0.02  # the viewer stands at least this share of the diagonal away
+ALIKE = 0.999  # cosine between the normals of one point, found twice
 ROUNDS = 64  # attempts at placing points before a scene counts as unobservable
 
 
@@ -62,7 +63,8 @@ def _seen(
     free = ~room.scene.ray_test(mi.Ray3f(start, w, CLEARANCE * room.diagonal, 0, []))
     back = room.scene.ray_intersect(mi.Ray3f(start, -w))
     same = dr.norm(back.p - on.p) < 0.1 * PROBE_SHARE * room.diagonal
-    front = (dr.dot(back.sh_frame.n, w) > 0) | both
+    # beside an edge, the ray may come through the other surface
+    front = dr.abs(dr.dot(back.n, on.n)) > ALIKE if both else dr.dot(back.sh_frame.n, w) > 0
     good = np.array(free & back.is_valid() & same & front)
     return to_numpy(on.p)[good], to_numpy(w)[good]
 

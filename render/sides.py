@@ -7,6 +7,7 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 import numpy as np
+from numpy.typing import NDArray
 
 from render.room import Room
 from render.transport import PROBE_SHARE
@@ -27,6 +28,12 @@ def side_of(room: Room, on: Any, rng: np.random.Generator) -> Any:
     coin = mi.Mask(rng.random(dr.width(on.p)) < 0.5)
     back = dr.select(ahead == behind, dr.select(ahead, coin, free[0] & ~free[1]), behind)
     return dr.select(back, -n, n)
+
+
+def lit_from_behind(room: Room, x: NDArray, n: NDArray, rng: np.random.Generator) -> bool:
+    """Whether light reaches the backs of some of m points x, whose normals n are on the front."""
+    p, back = mi.Point3f(x.T), mi.Vector3f(-n.T)
+    return bool(dr.any(_is_lit(room, _there(room, p, back), back, rng)))
 
 
 def _is_seen(room: Room, p: Any, side: Any, rng: np.random.Generator) -> Any:
