@@ -43,9 +43,13 @@ def save_room(path: Path, room: Room, seen: Observations, z: NDArray) -> None:
 
 
 def save_fields(path: Path, room: Room, seen: Observations, found: Localization) -> None:
-    """fields.npz: D, L and V of the direct light on the slice through the brightest true light."""
+    """fields.npz: D, L and V of the direct light on the slice through the brightest true light.
+
+    Where there is none, the slice lies in the middle.
+    """
     lower, upper = seen.bounds
-    lower[2] = upper[2] = room.lights.brightest_first().positions[0, 2]
+    at = room.lights.brightest_first().positions if len(room.lights) else seen.bounds.mean(axis=0)
+    lower[2] = upper[2] = np.atleast_2d(at)[0, 2]
     grid = Grid.over([lower, upper], SLICE)
     q = seen.with_radiance(found.direct, found.sigma)
     D, L = intensity_distance(q, grid.points, room.geometry, margin=MARGIN)
