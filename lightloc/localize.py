@@ -13,7 +13,13 @@ from lightloc.answer import Assumption, Localization, Step, Way, among
 from lightloc.backend import one_blas_thread
 from lightloc.fit import Criterion, Fit, Problem, is_exact, presumed, working_sigma
 from lightloc.given import Geometry, Observations, Options, PointLights, remove_known
-from lightloc.interreflection import Indirect, remove_indirect, rendering, rounds
+from lightloc.interreflection import (
+    Indirect,
+    less_background,
+    remove_indirect,
+    rendering,
+    rounds,
+)
 from lightloc.paper import Paper, Surface, published
 from lightloc.search import (
     Ground,
@@ -68,7 +74,7 @@ def localize(
         or a function as `render.interreflected` gives it. What is rendered is subtracted and the
         search repeated, until the lights no longer move; that works for any BRDF. Where None,
         interreflected light is gathered from the observations alone, as by `remove_indirect`; that
-        works where the room is largely diffuse.
+        works where the room is largely diffuse, and not for irradiance.
     seed : int
         Seed of the sample of observations, of the gathering rays and of the rendered paths; same
         seed, same result.
@@ -87,7 +93,7 @@ def localize(
         another shape, is not finite, or its upper corner is below its lower; if "paper" is given
         RGB radiance or an unknown sigma; if all observations are saturated; or if interreflected
         light is to be removed and there is no geometry, the geometry can't render as ``indirect``
-        asks, or the observations are irradiance.
+        asks, or the observations are irradiance and there is no ``indirect``.
 
     Notes
     -----
@@ -117,7 +123,9 @@ def localize(
     region = Region.of(observations, geometry, bounds)
     direct, way, columns = seen, Way.DIRECT, None
     if seen.interreflected:
-        direct, way = without_indirect(seen, geometry, seed), Way.GATHERED
+        meters = seen.quantity == "irradiance" and indirect is not None
+        direct = less_background(seen) if meters else without_indirect(seen, geometry, seed)
+        way = Way.GATHERED
         if indirect is not None:
             columns, way = rendering(indirect, geometry, seen, used, seed), Way.RENDERED
         elif not used.all():

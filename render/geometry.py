@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from lightloc import Observations, PointLights
 from lightloc.checks import array, number
 from render.material import children, is_grey
-from render.transport import Transport, bounds_of, indirect, known_light, probe
+from render.transport import Transport, bounds_of, indirect, irradiance, known_light, probe
 
 SHADOW_EPSILON = 8.9e-4  # share of a shadow ray left out at its far end, as in Mitsuba
 
@@ -72,19 +72,22 @@ class SceneGeometry:
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """As of `lightloc.OtherwiseLit`: rendered by Mitsuba; zero where there is none.
 
-        Raises ValueError where there are fewer than two samples, or the observations are irradiance
-        or have one channel where the light has colours.
+        Raises ValueError where there are fewer than two samples, or the observations have one
+        channel where the light has colours.
         """
         q = observations
         number("samples of known light", samples, 2, whole=True)
         if self.known is None:
             none = np.zeros((len(q), q.channels))
             return none, none
-        if q.quantity == "irradiance":
-            raise ValueError("known irradiance can't be rendered, only radiance")
         own = int(np.random.SeedSequence([STREAM, seed]).generate_state(1)[0])
-        transport: Transport = "full" if q.interreflected else "direct"
-        B, error = known_light(self.known, q.positions, q.directions, samples, own, transport)
+        x = q.positions
+        if q.quantity == "irradiance":
+            both = {"straight": True, "bounced": q.interreflected}
+            B, error = irradiance(self.known, x, q.normals, samples, own, **both)
+        else:
+            transport: Transport = "full" if q.interreflected else "direct"
+            B, error = known_light(self.known, x, q.directions, samples, own, transport)
         if q.channels < 3 and not is_grey(B):
             raise ValueError(
                 "the scene's known light has colours; expected observations with 3 channels"
@@ -97,19 +100,22 @@ class SceneGeometry:
         """As of `lightloc.Interreflecting`: paths that Mitsuba traces, so that any BSDF serves.
 
         The errors are independent of those of the observations. Raises ValueError where there are
-        fewer than two samples, the observations are irradiance, or a position is not finite.
+        fewer than two samples, or a position is not finite.
         """
         q = observations
         number("samples of interreflected light", samples, 2, whole=True)
-        if q.quantity == "irradiance":
-            raise ValueError("interreflected irradiance can't be rendered, only radiance")
         places = array("positions", positions, (None, 3))
-        si = probe(self.scene, q.positions, q.directions)
+        meters = q.quantity == "irradiance"
+        si = None if meters else probe(self.scene, q.positions, q.directions)
         H, error = np.zeros((2, len(q), len(places), q.channels))
         for i, p in enumerate(places):
             alone = lit(self.scene, PointLights(p[None], [1.0]))
             own = int(np.random.SeedSequence([STREAM, seed, i]).generate_state(1)[0])
-            mean, spread = indirect(alone, si, samples, own)
+            if meters:
+                bounced = {"straight": False, "bounced": True}
+                mean, spread = irradiance(alone, q.positions, q.normals, samples, own, **bounced)
+            else:
+                mean, spread = indirect(alone, si, samples, own)
             H[:, i], error[:, i] = mean[:, : q.channels], spread[:, : q.channels]
         return H, error
 
