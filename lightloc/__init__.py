@@ -13,7 +13,7 @@ from lightloc.answer import (
     Verdict,
     Way,
 )
-from lightloc.brdf import BRDF, Conductor, Irradiance, Lambert, Mixed, Plastic
+from lightloc.brdf import BRDF, Conductor, Irradiance, Lambert, Mixed, Plastic, Sum
 from lightloc.fields import Grid, intensity, intensity_distance
 from lightloc.fit import Bound, cramer_rao
 from lightloc.given import (
@@ -39,6 +39,7 @@ __all__ = [  # in pipeline order
     "Conductor",
     "Plastic",
     "Mixed",
+    "Sum",
     "Irradiance",
     "BRDF",
     "Observations",

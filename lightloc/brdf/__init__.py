@@ -7,6 +7,8 @@ For other rooms, in pipeline order:
 - `Conductor`: a rough metal, GGX.
 - `Plastic`: a rough dielectric coat over a diffuse base.
 - `Mixed`: a different material at each observation.
+- `Sum`: materials that reflect together.
+- `Parts`: materials that are made of others.
 - `Irradiance`: stands for a light meter at each observation.
 - `rows_of`: the material of some of the observations.
 - `SceneMaterial`: stands in a file for a BSDF that only its scene can evaluate.
@@ -26,10 +28,12 @@ from lightloc.brdf.ceiling import Ceiling
 from lightloc.brdf.mixed import Mixed
 from lightloc.brdf.models import Conductor, Lambert, Plastic
 from lightloc.brdf.parameters import Parameters, channels_last
+from lightloc.brdf.parts import Parts
 from lightloc.brdf.protocol import BRDF, Bounded, Scatter, Slope, Sloped, is_brdf
 from lightloc.brdf.readings import Irradiance
 from lightloc.brdf.rows import rows_of
 from lightloc.brdf.stored import SceneMaterial, restored, stored
+from lightloc.brdf.sum import Sum
 
 __all__ = [
     "BRDF",
@@ -37,6 +41,8 @@ __all__ = [
     "Conductor",
     "Plastic",
     "Mixed",
+    "Sum",
+    "Parts",
     "Irradiance",
     "rows_of",
     "SceneMaterial",

@@ -13,6 +13,7 @@ from lightloc.backend import types
 from lightloc.brdf.mixed import Mixed
 from lightloc.brdf.parameters import Parameters
 from lightloc.brdf.protocol import BRDF, Scatter
+from lightloc.brdf.sum import Sum
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,8 @@ def rows_of(material: BRDF, rows: NDArray[np.intp], n: int) -> BRDF:
     if isinstance(material, Mixed):
         parts = tuple(rows_of(part, rows, n) for part in material.brdfs)
         return Mixed(parts, material.index[rows])
+    if isinstance(material, Sum):
+        return Sum(tuple(rows_of(part, rows, n) for part in material.brdfs))
     if not isinstance(material, Parameters):
         return Rows(material, rows, n)
     some = copy(material)
