@@ -25,6 +25,8 @@ from lightloc.search import (
     Ground,
     Ladder,
     Region,
+    best_one,
+    bordered,
     climbed,
     concluded,
     emptied,
@@ -156,8 +158,9 @@ def localize(
         return by_rounds(seen, direct, ground, o, columns, watch)
 
     with one_blas_thread():
-        found = widened(look, region, seen, geometry, may=bounds is None)
-    return answered(found)
+        region, found = widened(look, region, seen, geometry, may=bounds is None)
+        found = best_one(found, direct, geometry, region.bounds, o, seed)
+    return answered(bordered(found, region))
 
 
 def settings(

@@ -25,6 +25,10 @@ Z95 = 1.96
 """Standard errors to either side that hold 95 % of a Gaussian."""
 
 
+LIT = 0.1
+"""Of the brightest radiance: what counts as lit in a sentence."""
+
+
 class Kind(Enum):
     """What can't be told; the value is what that means.
 
@@ -84,12 +88,23 @@ def too_few(problem: Problem, lights: PointLights) -> list[Verdict]:
     return [Verdict(Kind.TOO_FEW, tuple(range(len(lights))), said)]
 
 
-def unexplained(fit: Fit, problem: Problem) -> Verdict:
-    """The residual test: what is left is more than noise."""
+def unexplained(fit: Fit, problem: Problem, tried: int, share: float | None = None) -> Verdict:
+    """The residual test: what is left is more than noise.
+
+    ``tried`` is how many lights the search came to, and ``share`` how much of the squares of B the
+    one light explains that is told all the same.
+    """
     said = (
         f"The model does not explain the data: chi-square is {fit.cost / problem.rows:.3g} per "
         f"residual, where noise alone leaves 1."
     )
+    looked = f" Up to {tried} light(s) were tried;" if tried else " No place for a light was found;"
+    if share is not None:
+        said += f"{looked} of all single ones this explains most, {_percent(share)} of B squared."
+    elif not len(fit):
+        B = problem.radiance
+        lit = _percent(float((B.max() * LIT < B).mean()))
+        said += f"{looked} {lit} of the radiances are above a tenth of the brightest."
     return Verdict(Kind.UNEXPLAINED, (), said)
 
 

@@ -235,7 +235,7 @@ def whole(
     verdicts += mirrored(posed, lights, level, criterion, o)
     reason = found.reason
     if explains(found) and not criterion.is_explained(problem, fit):
-        reason, verdicts = Reason.NO_GAIN, [unexplained(fit, problem), *verdicts]
+        reason, verdicts = Reason.NO_GAIN, [unexplained(fit, problem, k), *verdicts]
     now = replace(
         found,
         lights=lights,

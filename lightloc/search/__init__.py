@@ -11,16 +11,19 @@ For other rooms, in pipeline order:
 - `settled`: the final refinement on all observations.
 - `concluded`: the search's answer.
 - `widened`: looks further out where an open side stops a light.
+- `bordered`: says where a light lies at an open side in the end.
+- `best_one`: the light that explains most, where none explain what is lit.
 - `sharpened`: refines one hypothesis to its end.
 """
 
+from lightloc.search.best_one import best_one
 from lightloc.search.climb import climbed, resumed
 from lightloc.search.conclude import concluded
 from lightloc.search.exact import emptied
 from lightloc.search.ground import Ground
 from lightloc.search.ladder import Ladder
 from lightloc.search.polish import sharpened
-from lightloc.search.region import Region, widened
+from lightloc.search.region import Region, bordered, widened
 from lightloc.search.settle import settled
 
 __all__ = [
@@ -33,5 +36,7 @@ __all__ = [
     "settled",
     "concluded",
     "widened",
+    "bordered",
+    "best_one",
     "sharpened",
 ]
