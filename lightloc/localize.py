@@ -9,9 +9,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lightloc.answer import Assumption, Localization, Step, Way, among
+from lightloc.answer import Assumption, Localization, Step, Way, among, with_unknowns
 from lightloc.backend import one_blas_thread
-from lightloc.fit import Criterion, Fit, Problem, is_exact, presumed, working_sigma
+from lightloc.fit import Criterion, Fit, Problem, is_exact, presumed, without_black, working_sigma
 from lightloc.given import Geometry, Observations, Options, PointLights, remove_known
 from lightloc.interreflection import (
     Indirect,
@@ -119,7 +119,8 @@ def localize(
     """
     o = settings(method, options, surface, indirect)
     measured, used = looked_at(observations, geometry)
-    seen = remove_known(measured, geometry, seed=seed)
+    rest = remove_known(measured, geometry, seed=seed)
+    seen = without_black(rest)
     if isinstance(o, Options) and seen.sigma is None:
         seen, o = presumed(seen), replace(o, noise="estimate")
     region = Region.of(observations, geometry, bounds)
@@ -137,8 +138,9 @@ def localize(
             )
 
     def answered(found: Localization) -> Localization:
-        known = () if seen is measured else (Assumption.KNOWN_LIGHT,)
-        return replace(among(found, used), way=way, assumed=(*found.assumed, *known))
+        known = () if rest is measured else (Assumption.KNOWN_LIGHT,)
+        told = among(with_unknowns(found), used)
+        return replace(told, way=way, assumed=(*told.assumed, *known))
 
     if isinstance(o, Paper):
         if surface is not None and not used.all():

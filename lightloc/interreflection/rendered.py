@@ -246,10 +246,10 @@ def whole(
         direct=direct.radiance,
         sigma=direct.known_sigma,
         residual=z,
-        chi2=cost / z.size,
+        chi2=cost / problem.rows,
         noise=replace(noise, outliers=np.abs(z) > o.outlier),
         counts=tuple(
-            replace(one, lights=lights, chi2=cost / z.size) if len(one.lights) == k else one
+            replace(one, lights=lights, chi2=cost / problem.rows) if len(one.lights) == k else one
             for one in found.counts
         ),
         inseparable=inseparable(lights, errors.position),

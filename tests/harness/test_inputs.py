@@ -47,7 +47,6 @@ BAD_LIGHTS = {
     "complex position": ("positions", [[1j, 0, 0]], [1]),
     "no position": ("positions", None, [1]),
     "negative intensity": ("intensities", [[0, 0, 0]], [-1]),
-    "nan intensity": ("intensities", [[0, 0, 0]], [NAN]),
     "infinite intensity": ("intensities", [[0, 0, 0]], [INF]),
     "more intensities": ("intensities", [[0, 0, 0]], [1, 2]),
     "fewer intensities": ("intensities", [[0, 0, 0], [1, 1, 1]], [1]),
