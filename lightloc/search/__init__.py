@@ -16,7 +16,6 @@ For other rooms, in pipeline order:
 - `sharpened`: refines one hypothesis to its end.
 """
 
-from lightloc.search.best_one import best_one
 from lightloc.search.climb import climbed, resumed
 from lightloc.search.conclude import concluded
 from lightloc.search.exact import emptied
@@ -25,6 +24,7 @@ from lightloc.search.ladder import Ladder
 from lightloc.search.polish import sharpened
 from lightloc.search.region import Region, bordered, widened
 from lightloc.search.settle import settled
+from lightloc.search.single import best_one
 
 __all__ = [
     "Region",
