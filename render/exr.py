@@ -81,12 +81,13 @@ def write_exr(view: View, path: str | Path) -> None:
     spec.attribute("DateTime", NO_DATE)
     try:
         with whole(path) as part:
-            file = oiio.ImageOutput.create(str(part))
+            file = oiio.ImageOutput.create("exr")
             if file is None:
                 raise ValueError(f"{path}: can't be written ({_one_line(oiio.geterror())})")
             done = file.open(str(part), spec) and file.write_image(pixels)
             if not (file.close() and done):
-                raise ValueError(f"{path}: can't be written ({_one_line(file.geterror())})")
+                said = _one_line(file.geterror().replace(str(part), path.name))
+                raise ValueError(f"{path}: can't be written ({said})")
     except OSError as error:
         raise ValueError(f"{path}: can't be written ({error.strerror})") from None
 

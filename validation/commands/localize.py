@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from validation.commands.outputs import FIND, SEED, SET, UNIT, parameters, writable
+from validation.commands.outputs import FIND, SEED, SET, UNIT, parameters, say, writable
 from validation.jobs import ready, write_json
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ def localize_command(
             watch=lambda step: bar.say(f"{step.lights} lights, chi-square {step.chi2:.3g}"),
         )
         write_json(ready(out), found.to_dict())
-    print(found)
+    say(found, out)
 
 
 def box(text: str | None) -> list[list[float]] | None:

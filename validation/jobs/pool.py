@@ -22,9 +22,9 @@ from validation.jobs.one import DIED, Each, one
 from validation.jobs.store import Ended, Scene, appending, waiting
 
 # Scenes are run side by side, so that each may have one thread and its runtime means something.
-ONE_THREAD = dict.fromkeys(
-    ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS"), "1"
-)
+ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS")
+# A worker starts in the user's folder, and must not import what lies there.
+WORKER = {**dict.fromkeys(ONE_THREAD, "1"), "PYTHONSAFEPATH": "1"}
 PARENT_SECONDS = 1.0  # how often a worker looks whether its parent is still there
 
 
@@ -134,7 +134,7 @@ def _until_one_fails(
 
     # loky replaces workers that have grown, between two scenes: nothing is lost
     warnings.filterwarnings("ignore", "A worker stopped while some jobs", UserWarning)
-    pool = ProcessPoolExecutor(jobs, initializer=_belong_to_the_run, env=ONE_THREAD)
+    pool = ProcessPoolExecutor(jobs, initializer=_belong_to_the_run, env=WORKER)
     running: dict[Any, tuple[str, float]] = {}  # a future: its scene, and when it must have ended
     try:
         while queue or running:

@@ -1,0 +1,32 @@
+"""The standard streams as a shell may leave them: closed, with few letters, cut off by `head`."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+CUT_OFF = 141  # 128 + SIGPIPE, as shells say it
+
+
+def prepare() -> None:
+    """Point a stream that is closed to nothing, and print letters that it lacks as escapes.
+
+    Else the first files to be opened would take the closed one's number, and what libraries print
+    would be written into them.
+    """
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:  # the lowest free number is this one
+            os.set_inheritable(os.open(os.devnull, os.O_RDWR), True)
+    sys.stdin = sys.stdin or os.fdopen(0)
+    sys.stdout = sys.stdout or os.fdopen(1, "w")
+    sys.stderr = sys.stderr or os.fdopen(2, "w")
+    for stream in (sys.stdout, sys.stderr):
+        stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
+
+
+def cut_off() -> int:
+    """Print nothing more, for nobody reads it; the exit code that says so."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    return CUT_OFF
