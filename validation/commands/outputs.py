@@ -80,7 +80,7 @@ def sentence(error: Exception) -> str | None:
     if hasattr(error, "format_message"):  # typer's, of an option or a command
         text = error.format_message()
     elif isinstance(error, OSError) and error.strerror:
-        text = f"{error.filename or 'standard output'}: {error.strerror}"
+        text = f"{error.filename}: {error.strerror}" if error.filename else error.strerror
     elif isinstance(error, (ValueError, RuntimeError, OSError, ImportError, MemoryError)):
         text = str(error)
     else:

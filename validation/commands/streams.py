@@ -1,7 +1,8 @@
-"""The standard streams as a shell may leave them: closed, with few letters, cut off by `head`."""
+"""What a shell may leave us with: streams that are closed, lack letters or are cut off by `head`."""
 
 from __future__ import annotations
 
+import logging
 import os
 import sys
 
@@ -24,6 +25,7 @@ def prepare() -> None:
     sys.stderr = sys.stderr or os.fdopen(2, "w")
     for stream in (sys.stdout, sys.stderr):
         stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # a home without a cache is no news
 
 
 def cut_off() -> int:

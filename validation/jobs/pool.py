@@ -94,6 +94,8 @@ def _remote(scene: Scene, dask: str) -> AbstractContextManager[Each]:
 
 @contextmanager
 def _local(scene: Scene, jobs: int, threads: int, limit: float) -> Iterator[Each]:
+    # where /dev/shm can't be written to, we say so in a sentence
+    warnings.filterwarnings("ignore", ".*joblib will operate in serial mode", UserWarning)
     from joblib import cpu_count
 
     run_one = partial(one, scene, threads=threads)
@@ -134,7 +136,10 @@ def _until_one_fails(
 
     # loky replaces workers that have grown, between two scenes: nothing is lost
     warnings.filterwarnings("ignore", "A worker stopped while some jobs", UserWarning)
-    pool = ProcessPoolExecutor(jobs, initializer=_belong_to_the_run, env=WORKER)
+    try:
+        pool = ProcessPoolExecutor(jobs, initializer=_belong_to_the_run, env=WORKER)
+    except OSError as error:
+        raise RuntimeError(f"/dev/shm: no processes can share it ({error.strerror})") from None
     running: dict[Any, tuple[str, float]] = {}  # a future: its scene, and when it must have ended
     try:
         while queue or running:
