@@ -14,6 +14,7 @@ import os
 import shutil
 import sys
 import tempfile
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
@@ -153,8 +154,28 @@ def one_blas_thread() -> Iterator[None]:
     others hold: 48 products of 1024 x 44 took 0.03 s on an idle machine and 6.8 s beside two busy
     processes.
     """
-    with _blas().limit(limits=1, user_api="blas"):
+    with _SEARCHES.turn:
+        if not _SEARCHES.running:
+            _SEARCHES.limit = _blas().limit(limits=1, user_api="blas")
+        _SEARCHES.running += 1
+    try:
         yield
+    finally:
+        with _SEARCHES.turn:
+            _SEARCHES.running -= 1
+            if not _SEARCHES.running:
+                _SEARCHES.limit.restore_original_limits()
+
+
+class _Searches:
+    """How many threads search: the first limits BLAS, the last lets it go."""
+
+    turn = threading.Lock()
+    running = 0
+    limit: Any = None
+
+
+_SEARCHES = _Searches()
 
 
 @cache

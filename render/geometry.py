@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from lightloc import Observations, PointLights
 from lightloc.checks import array, number
+from render.alone import alone
 from render.material import children, is_grey
 from render.transport import Transport, bounds_of, indirect, irradiance, known_light, probe
 
@@ -54,6 +55,7 @@ class SceneGeometry:
         """(2, 3) corners of the surfaces' bounding box, in the unit of length."""
         return bounds_of(self.scene)
 
+    @alone
     def visible(self, x: Any, p: Any, active: Any = True) -> Any:
         """As of `lightloc.Geometry`; the last 0.09 % before p do not count, as in Mitsuba."""
         d = mi.Vector3f(p - x)
@@ -61,12 +63,14 @@ class SceneGeometry:
         ray = mi.Ray3f(mi.Point3f(x), d / distance, distance * (1 - SHADOW_EPSILON), 0, [])
         return ~self.scene.ray_test(ray, mi.Mask(active)) & active
 
+    @alone
     def intersect(self, x: Any, d: Any, active: Any = True) -> tuple[Any, Any]:
         """As of `lightloc.Geometry`; y is x where the ray meets nothing."""
         ray = mi.Ray3f(mi.Point3f(x), mi.Vector3f(d))
         hit = self.scene.ray_intersect_preliminary(ray, coherent=False, active=mi.Mask(active))
         return hit.is_valid() & active, ray(dr.select(hit.is_valid(), hit.t, 0))
 
+    @alone
     def known_light(
         self, observations: Observations, samples: int = 256, seed: int = 0
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -94,6 +98,7 @@ class SceneGeometry:
             )
         return B[:, : q.channels], error[:, : q.channels]
 
+    @alone
     def interreflection(
         self, positions: ArrayLike, observations: Observations, samples: int = 256, seed: int = 0
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

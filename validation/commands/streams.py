@@ -1,4 +1,4 @@
-"""What a shell may leave us with: streams that are closed, lack letters or are cut off by `head`."""
+"""What a shell may leave us: streams that are closed, lack letters or are cut off by `head`."""
 
 from __future__ import annotations
 
