@@ -236,11 +236,15 @@ def doctor_command() -> None:
 
 def main() -> None:
     """Entry point: one plain sentence and exit code 2 for bad input."""
-    prepare()
+    output = prepare()
     os.environ["PYTHONSAFEPATH"] = "1"  # no child imports what lies in the user's folder
     try:
         code = app(sys.argv[1:] or ["--help"], standalone_mode=False)
         sys.stdout.flush()
+    except SystemExit:
+        if sys.stdout is not output:  # typer puts another there where it was cut off
+            sys.exit(cut_off())
+        raise
     except Exception as error:
         if isinstance(error, BrokenPipeError) and error.filename is None:
             sys.exit(cut_off())

@@ -5,15 +5,16 @@ from __future__ import annotations
 import logging
 import os
 import sys
+from typing import TextIO
 
 CUT_OFF = 141  # 128 + SIGPIPE, as shells say it
 
 
-def prepare() -> None:
+def prepare() -> TextIO:
     """Point a stream that is closed to nothing, and print letters that it lacks as escapes.
 
     Else the first files to be opened would take the closed one's number, and what libraries print
-    would be written into them.
+    would be written into them. Returns the standard output.
     """
     for number in range(3):
         try:
@@ -26,6 +27,7 @@ def prepare() -> None:
     for stream in (sys.stdout, sys.stderr):
         stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # a home without a cache is no news
+    return sys.stdout
 
 
 def cut_off() -> int:
