@@ -108,9 +108,9 @@ def find_file(path: str | Path) -> Path:
     Raises ValueError naming the file where there is none.
     """
     path = Path(path)
-    if path.is_file():
-        return path
     name = path.name.removesuffix(".xml")
+    if path.is_file() and str(path) not in standard_scenes():  # not a bare name
+        return path
     if name in standard_scenes() and path.parent.name in ("", "scenes"):
         return Path(str(importlib.resources.files("scenes") / f"{name}.xml"))
     raise ValueError(
