@@ -12,8 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 def numbers(name: str, value: ArrayLike) -> NDArray[np.float64]:
     """A float64 copy of ``value``; raises ValueError naming the field where it has none."""
     try:
+        if np.iscomplexobj(value):
+            raise TypeError  # NumPy would leave out the imaginary part
         return np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ValueError(f"{name} is not an array of numbers") from None
 
 
@@ -136,6 +138,17 @@ def check_radiance(name: str, radiance: NDArray[np.floating], error: NDArray[np.
     """
     exact = (radiance < 0) & (error == 0)
     _refuse(name, radiance, exact, "at least 0 where it is exact (its error is 0)")
+
+
+def printable(text: str) -> str:
+    """What a file says, as part of a sentence: one line, odd characters as Python writes them.
+
+    Examples
+    --------
+    >>> print(printable("albedo\\n\\x01"))
+    albedo\\n\\x01
+    """
+    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
 
 
 TINY_VECTOR = 1e-12  # below this a direction is lost in rounding

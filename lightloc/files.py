@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
+import stat
 import zipfile
-import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from errno import EACCES, ELOOP
 from pathlib import Path
@@ -98,33 +98,85 @@ def _pour(part: Path, path: Path) -> None:
         copyfileobj(source, stream)
 
 
+def regular(path: str | Path) -> Path:
+    """The path of a file that can be read from its beginning to its end.
+
+    Raises
+    ------
+    ValueError
+        Naming the file, if there is none, or it is a folder, a device or a pipe, which may never
+        end.
+
+    Examples
+    --------
+    >>> regular("nowhere.npz")
+    Traceback (most recent call last):
+        ...
+    ValueError: nowhere.npz: no such file
+    """
+    try:
+        mode = os.stat(path).st_mode
+    except (FileNotFoundError, NotADirectoryError):
+        raise ValueError(f"{path}: no such file") from None
+    except OSError as error:
+        raise ValueError(f"{path}: can't be read ({error.strerror})") from None
+    except ValueError:  # a NUL in its name
+        raise ValueError(f"{path}: is no name of a file") from None
+    if not stat.S_ISREG(mode):
+        kind = "a folder" if stat.S_ISDIR(mode) else "a device or a pipe"
+        raise ValueError(f"{path}: can't be read (it is {kind})")
+    return Path(path)
+
+
 def archive(path: str | Path, what: str, formats: Sequence[str]) -> dict[str, NDArray[Any]]:
     """The arrays of an ``.npz`` whose ``format`` is one of some, the newest first.
 
     Raises ValueError naming the file where it is missing, broken or of another format.
     """
+    broken = f"{path}: not a file of {what} (.npz)"
     try:
         # our own handle: np.load leaves one open where the archive is broken
-        with open(path, "rb") as stream, np.load(stream, allow_pickle=False) as file:
-            keys = {name: file[name] for name in file.files}
-    except FileNotFoundError:
-        raise ValueError(f"{path}: no such file") from None
-    except UNREADABLE:
-        raise ValueError(f"{path}: not a file of {what} (.npz)") from None
-    if str(keys.get("format")) not in formats:
-        found = keys.get("format")
-        said = "it names no format" if found is None else f"its format is '{found}'"
+        with open(regular(path), "rb") as stream:
+            if not zipfile.is_zipfile(stream):  # np.load would look for other formats
+                raise ValueError(broken)
+            size = sum(member.file_size for member in zipfile.ZipFile(stream).infolist())
+            if size > LARGEST:
+                raise ValueError(f"{path}: unpacks to {size >> 20} MiB; expected at most 4096")
+            stream.seek(0)
+            with np.load(stream, allow_pickle=False) as file:
+                keys = {name: file[name] for name in file.files}
+    except ValueError as error:
+        raise ValueError(error if str(error).startswith(f"{path}: ") else broken) from None
+    except Exception:  # of zipfile, zlib, tokenize or NumPy, each of which has its own
+        raise ValueError(broken) from None
+    if "format" not in keys:
+        raise ValueError(f"{path}: no {what} file: it names no format; expected {formats[0]}")
+    try:
+        found = word(keys, "format")
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+    if found not in formats:
+        said = f"its format is '{found}'"
         raise ValueError(f"{path}: no {what} file: {said}; expected {formats[0]}")
     return keys
 
 
-UNREADABLE = (  # what np.load, zipfile and zlib say of a file that is cut short or changed
-    OSError,
-    ValueError,
-    TypeError,
-    EOFError,
-    MemoryError,
-    RuntimeError,
-    zipfile.BadZipFile,
-    zlib.error,
-)
+def word(keys: Mapping[str, NDArray[Any]], name: str) -> str:
+    """The text that an archive holds under a name.
+
+    Raises KeyError where there is none, and ValueError where it is no short text of one line.
+
+    Examples
+    --------
+    >>> word({"unit": np.array("cm")}, "unit")
+    'cm'
+    """
+    value = keys[name]
+    text = str(value) if value.shape == () and value.dtype.kind == "U" else "\n"
+    if len(text) > LONGEST or not text.isprintable():
+        raise ValueError(f"field {name} is no word")
+    return text
+
+
+LARGEST = 1 << 32  # bytes of an archive's arrays: a small file may unpack to any size
+LONGEST = 100  # characters of a word

@@ -7,11 +7,17 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
+from render.bitmaps import check_bitmap
+from render.built import bsdf_fault, picture_fault, shape_fault
 from render.meshes import FORMATS, check_mesh
-from render.scene_file import SceneFile, references
+from render.scene_file import SceneFile, one_line, references
+from render.volumes import check_volume
 
 SIZE = ("width", "height", "crop_width", "crop_height", "crop_offset_x", "crop_offset_y")
 NOT_IN_RGB = ("blackbody", "regular", "irregular")  # spectra that Mitsuba evaluates by wavelength
+GRIDS = ("gridvolume", "sdfgrid")
+PICTURES = ("bitmap", "gridvolume")
+DEEPEST = 8  # BSDFs within each other
 FREE = ("Film", "Sampler", "ReconstructionFilter")  # they may have properties that nobody knows
 DEFINED = ("BSDF", "Texture", "Volume", "Medium", "PhaseFunction")  # to be referred to
 
@@ -35,18 +41,24 @@ def build(file: SceneFile) -> Any:
     nodes = file.nodes()
     for node in nodes:
         _check(file, node)
-    _check_meshes(file, nodes)
+    _check_files(file, nodes)
     shapes = [
         (node, key, part)
         for node in nodes
         for key, part in file.parts(node)
         if part.type.name == "Shape" and part.props.plugin_name() != "shapegroup"
     ]
+    pictures = [
+        (node, key, part) for node in nodes for key, part in file.parts(node) if _is_picture(part)
+    ]
     scene = file.build()
     for node in nodes:
         _unknown_property(file, node)
     for node, key, part in shapes:
         _see_through(file, part, node.props[key])
+        _check_shape(file, part, node.props[key])
+    for node, key, part in pictures:
+        _check_picture(file, part, node.props[key])
     return scene
 
 
@@ -126,28 +138,42 @@ def _check(file: SceneFile, node: Any) -> None:
         why = "a bitmap has no filename"
     elif plugin == "blendbsdf" and sum(part.type.name == "BSDF" for part in parts) != 2:
         why = "a blendbsdf has other than two BSDFs"
+    elif kind == "BSDF" and _is_deep(file, node, DEEPEST):
+        why = f"BSDFs are nested more than {DEEPEST} deep"
     elif plugin == "shapegroup" and not any(part.type.name == "Shape" for part in parts):
         why = f"{_name(node)} is a shape group without a surface"
     if why:
         raise file.refused(node, why)
 
 
-def _check_meshes(file: SceneFile, nodes: list[Any]) -> None:
-    """Refuse mesh files that Mitsuba could not be asked to build a scene on, each read once."""
+def _is_deep(file: SceneFile, node: Any, left: int) -> bool:
+    """Whether BSDFs are nested deeper; each that is two-sided doubles what is within."""
+    inside = [part for _, part in file.parts(node) if part.type.name == "BSDF"]
+    return left < 1 or any(_is_deep(file, part, left - 1) for part in inside)
+
+
+def _check_files(file: SceneFile, nodes: list[Any]) -> None:
+    """Refuse meshes, volumes and bitmaps that Mitsuba could not be asked to build on, each read once."""
     checked = set()
     for node in nodes:
         kind, props = node.props.plugin_name(), node.props
-        if kind not in FORMATS or "filename" not in props:
+        if kind not in (*FORMATS, *GRIDS, "bitmap") or "filename" not in props:
             continue
+        named = file.find(str(props["filename"]))
         whole = "shape_index" in props and props.type("shape_index") == mi.Properties.Type.Integer
         index = props["shape_index"] if kind == "serialized" and whole else 0
-        mesh = (kind, file.find(str(props["filename"])), index)
+        if (kind, named, index) in checked:
+            continue
         try:
-            if mesh not in checked:
-                check_mesh(*mesh)
+            if kind in FORMATS:
+                check_mesh(kind, named, index)
+            elif kind in GRIDS:
+                check_volume(named)
+            else:
+                check_bitmap(named)
         except ValueError as error:
             raise file.refused(node, str(error)) from None
-        checked.add(mesh)
+        checked.add((kind, named, index))
 
 
 def _unknown_property(file: SceneFile, node: Any) -> None:
@@ -168,6 +194,25 @@ def _see_through(file: SceneFile, node: Any, shape: Any) -> None:
             f"{_name(node)} is partly see-through; the light that goes straight through it is "
             "not modelled",
         )
+
+
+def _check_shape(file: SceneFile, node: Any, shape: Any) -> None:
+    if why := shape_fault(shape):
+        raise file.refused(node, f"{_name(node)} {why}")
+    if shape.bsdf() is not None and (why := bsdf_fault(shape)):
+        raise file.refused(node, f"the BSDF of {_name(node)} can't be evaluated: {one_line(why)}")
+
+
+def _is_picture(node: Any) -> bool:
+    return node.type.name in ("Texture", "Volume") and node.props.plugin_name() in PICTURES
+
+
+def _check_picture(file: SceneFile, node: Any, picture: Any) -> None:
+    props = node.props
+    raw = "raw" in props and props.type("raw") == mi.Properties.Type.Bool and bool(props["raw"])
+    if why := picture_fault(picture, raw):
+        named = props["filename"] if "filename" in props else f"the {_kind(node)}"
+        raise file.refused(node, f"{named} {why}")
 
 
 def _kind(node: Any) -> str:

@@ -18,7 +18,7 @@ import numpy as np
 import OpenImageIO as oiio
 from numpy.typing import ArrayLike, NDArray
 
-from lightloc.files import whole
+from lightloc.files import regular, whole
 from render.view import View
 
 FORMAT = "lightloc-view-1"
@@ -67,9 +67,8 @@ def write_exr(view: View, path: str | Path) -> None:
     path = Path(path)
     if path.suffix.lower() != ".exr":
         raise ValueError(f"{path}: a view is written as EXR; expected a name that ends in .exr")
-    pixels = np.concatenate(
-        [np.atleast_3d(getattr(view, layer)).astype("<f4") for layer in CHANNELS], axis=2
-    )
+    layers = [np.atleast_3d(getattr(view, layer)) for layer in CHANNELS]
+    pixels = np.ascontiguousarray(np.concatenate(layers, axis=2), "<f4")  # however each lies
     names = [name for channels in CHANNELS.values() for name in channels]
     spec = oiio.ImageSpec(*view.size, len(names), oiio.FLOAT)
     spec.channelnames = names
@@ -121,23 +120,23 @@ def read_exr(path: str | Path) -> View:
     ValueError: gone.exr: no such file
     """
     try:
-        with open(path, "rb") as start:
+        with open(regular(path), "rb") as start:
             magic = start.read(len(MAGIC))
-    except FileNotFoundError:
-        raise ValueError(f"{path}: no such file") from None
     except OSError as error:
         raise ValueError(f"{path}: can't be read ({error.strerror})") from None
     if magic != MAGIC:
         raise ValueError(f"{path}: not an EXR file")
-    file = oiio.ImageInput.open(str(path))
-    if file is None:
-        raise ValueError(f"{path}: a damaged EXR file ({_one_line(oiio.geterror())})")
+    file = None
     try:
+        file = oiio.ImageInput.open(str(path))
+        if file is None:
+            raise ValueError(f"{path}: a damaged EXR file ({_one_line(oiio.geterror())})")
         parts = _read(path, file)
     except UnicodeDecodeError:
         raise ValueError(f"{path}: a damaged EXR file (a name in it is not text)") from None
     finally:
-        file.close()
+        if file is not None:
+            file.close()
     try:
         return View(**parts)
     except ValueError as error:

@@ -167,6 +167,11 @@ def observations(
 
     ``B`` and ``sigma`` are (n, 3), W sr^-1 m^-2.
     """
+    if not np.array(si.is_valid()).all():
+        raise ValueError(
+            f"{room.path}: a ray misses the point that it was aimed at; the scene is too large "
+            f"for its parts, {room.diagonal:.3g} across"
+        )
     material = material_at(si)
     regions, names = regions_at(si)
     if room.lights.channels == 1 and material.channels == 1 and (room.known is None or is_grey(B)):

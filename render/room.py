@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.resources
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -109,7 +110,8 @@ def find_file(path: str | Path) -> Path:
     """
     path = Path(path)
     name = path.name.removesuffix(".xml")
-    if path.is_file() and str(path) not in standard_scenes():  # not a bare name
+    # no error of a name that no file could have; a bare name is a standard scene's
+    if os.path.isfile(path) and str(path) not in standard_scenes():
         return path
     if name in standard_scenes() and path.parent.name in ("", "scenes"):
         return Path(str(importlib.resources.files("scenes") / f"{name}.xml"))

@@ -7,11 +7,13 @@ import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
-from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
 import mitsuba as mi
+
+from lightloc.checks import printable
+from render.tags import Tags, check_files
 
 FAILURES = (RuntimeError, ValueError, TypeError, IndexError, KeyError)  # that Mitsuba raises
 SOURCE = re.compile(r"\[\w+\.(?:cpp|h):\d+\]\s*|\[[A-Z][A-Za-z]*\]\s*")  # a place in its C++
@@ -19,7 +21,6 @@ PLACE = re.compile(r"(?:Error while loading|While loading|At) (.+?) \(line (\d+)
 SYNTAX = re.compile(r'Parsing of XML file "(.+?)" failed: (.*) \(line (\d+), col \d+\)$')
 WHOLE = re.compile(r'Error while loading XML file "(.+?)": ')
 PLUGIN = re.compile(r'^failed to instantiate (\w+) plugin of type "(\w+)": ')
-USED = re.compile(r"\$(\w+)")
 
 
 @dataclass(frozen=True)
@@ -53,6 +54,7 @@ class SceneFile:
         values = {name: text_of(value) for name, value in parameters.items()}
         resolver = mi.FileResolver(mi.file_resolver())
         resolver.prepend(str(path.parent))
+        check_files(path, values)
         with _looking(resolver), _told(path):
             state = _parse(path, values)
             mi.parser.transform_all(_config(), state)
@@ -88,7 +90,7 @@ class SceneFile:
         """The error that says why a node can't be taken, with its file and line."""
         place = mi.parser.file_location(self.state, node)
         file, _, line = place.removesuffix(")").rpartition(" (line ")
-        return ValueError(_place(self.path, file, line.partition(",")[0]) + why)
+        return ValueError(_place(self.path, file, line.partition(",")[0]) + printable(why))
 
     def find(self, name: str) -> Path:
         """A file that the scene names, where Mitsuba finds it; as it is named where it doesn't."""
@@ -96,7 +98,7 @@ class SceneFile:
 
     def files(self) -> list[Path]:
         """The scene's own file, then the others that it names and that exist, sorted."""
-        named = {name for tags in self._tags() for name in tags.files}
+        named = {name for tags in self._tags() for name in (*tags.files, *tags.included)}
         for node in self.state.nodes:
             props = node.props
             kept = [key for key in props.keys() if props.type(key) == mi.Properties.Type.String]  # noqa: SIM118
@@ -110,9 +112,9 @@ class SceneFile:
         with _looking(self.resolver), _told(self.path):
             return mi.parser.instantiate(_config(), self.state)
 
-    def _tags(self) -> list[_Tags]:
+    def _tags(self) -> list[Tags]:
         """What Mitsuba's parser does not keep, of each file."""
-        found = [_Tags(Path(str(file))) for file in self.state.files]
+        found = [Tags(Path(str(file))) for file in self.state.files]
         values = {name: text for tags in reversed(found) for name, text in tags.defaults.items()}
         for tags in found:
             tags.fill({**values, **self.values})
@@ -129,34 +131,6 @@ def references(node: Any) -> list[tuple[str, int]]:
 def text_of(value: Any) -> str:
     """A parameter as Mitsuba reads it."""
     return str(value).lower() if isinstance(value, bool) else str(value)
-
-
-class _Tags(HTMLParser):
-    """The parameters of an XML file, and the files that its tags name, spectra among them.
-
-    As lenient as Mitsuba's own parser, which takes comments and names that are not XML.
-    """
-
-    def __init__(self, file: Path) -> None:
-        super().__init__()
-        self.defaults: dict[str, str] = {}
-        self.used: set[str] = set()
-        self.files: list[str] = []
-        self.feed(file.read_text(errors="replace"))
-        self.close()
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        own = {name: value or "" for name, value in attrs}
-        if tag == "default" and "name" in own:
-            self.defaults.setdefault(own["name"], own.get("value", ""))
-        if "filename" in own:
-            self.files.append(own["filename"])
-        for value in own.values():
-            self.used |= set(USED.findall(value))
-
-    def fill(self, values: Mapping[str, str]) -> None:
-        """Put the parameters' values into the names of files."""
-        self.files = [USED.sub(lambda m: values.get(m[1], m[0]), name) for name in self.files]
 
 
 def _config() -> Any:
@@ -202,8 +176,19 @@ def _told(path: Path) -> Iterator[None]:
         raise ValueError(_sentence(path, str(error))) from None
 
 
+def one_line(message: str) -> str:
+    """A message of Mitsuba as one line, without places in its C++ and without control characters.
+
+    Examples
+    --------
+    >>> one_line("[Plugin.cpp:3] no such\\n  thing \\x01")
+    'no such thing \\\\x01'
+    """
+    return printable(" ".join(SOURCE.sub("", message).split()))
+
+
 def _sentence(path: Path, message: str) -> str:
-    text = " ".join(SOURCE.sub("", message).split())
+    text = one_line(message)
     if found := SYNTAX.search(text):
         return f"{_place(path, found[1], found[3])}the XML can't be parsed: {found[2]}"
     if found := WHOLE.search(text):

@@ -65,8 +65,12 @@ def render_command(
     out: Annotated[Path, typer.Option("--out", "-o", help="The .npz file to write.")] = Path(
         "observations.npz"
     ),
-    points: Annotated[int, typer.Option(help="How many surface points are observed.")] = 4096,
-    spp: Annotated[int, typer.Option(help="Path samples per point (full transport).")] = 256,
+    points: Annotated[
+        int, typer.Option(min=1, max=10_000_000, help="How many surface points are observed.")
+    ] = 4096,
+    spp: Annotated[
+        int, typer.Option(min=2, max=65_536, help="Path samples per point (full transport).")
+    ] = 256,
     seed: SEED = 0,
     transport: Transport = Transport.full,
     noise: Annotated[float, typer.Option(help="Shot-noise level k, e.g. 0.01.")] = 0.0,

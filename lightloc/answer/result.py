@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from lightloc.answer.basis import Assumption, Count, Noise, Way
 from lightloc.answer.stored import plain, read, write
 from lightloc.answer.verdicts import Verdict
+from lightloc.checks import printable
 from lightloc.given import PointLights
 
 
@@ -269,11 +270,11 @@ class Localization:
             return Localization(**fields)
         except KeyError as missing:
             raise ValueError(f"{path}: field {missing} is missing or unknown") from None
-        except (TypeError, AttributeError, IndexError) as error:
-            raise ValueError(f"{path}: a field is broken: {error}") from None
+        except (TypeError, AttributeError, IndexError, OverflowError, RecursionError) as error:
+            raise ValueError(f"{path}: a field is broken: {printable(str(error))}") from None
         except ValueError as error:
-            said = str(error)
-            raise ValueError(said if said.startswith(f"{path}: ") else f"{path}: {said}") from None
+            said = str(error).removeprefix(f"{path}: ")
+            raise ValueError(f"{path}: {printable(said)}") from None
 
     def __str__(self) -> str:
         power = "W/sr" if self.unit == "m" else f"W sr^-1 m^-2 {self.unit}^2"

@@ -14,6 +14,10 @@ from lightloc.brdf.parameters import Parameters
 from lightloc.brdf.parts import Parts
 from lightloc.brdf.protocol import BRDF, Scatter
 from lightloc.brdf.sum import Sum
+from lightloc.checks import numbers
+from lightloc.files import word
+
+DEEPEST = 8  # of mixed materials within each other
 
 
 @dataclass(frozen=True)
@@ -53,10 +57,11 @@ def stored(prefix: str, material: BRDF) -> dict[str, NDArray[Any]]:
     }
 
 
-def restored(prefix: str, keys: Mapping[str, NDArray[Any]]) -> BRDF:
+def restored(prefix: str, keys: Mapping[str, NDArray[Any]], depth: int = 0) -> BRDF:
     """The material that `stored` made arrays of, each of the shape that it gave.
 
-    Raises KeyError or ValueError where they are no material.
+    Raises KeyError or ValueError where they are no material, or one mixed of mixed ones (``depth``
+    times) deeper than a kernel could be made of.
 
     Examples
     --------
@@ -64,15 +69,23 @@ def restored(prefix: str, keys: Mapping[str, NDArray[Any]]) -> BRDF:
     >>> float(restored("material", stored("material", Lambert(albedo=0.5))).albedo[0, 0])
     0.5
     """
-    kind = str(keys[prefix])
+    kind = word(keys, prefix)
     if kind in ("Mixed", "Sum"):
-        count = int(keys[f"{prefix}.index"].max()) + 1 if kind == "Mixed" else 1
+        if depth == DEEPEST:
+            raise ValueError(f"material is {kind} in others, more than {DEEPEST} deep")
+        index = keys[f"{prefix}.index"] if kind == "Mixed" else np.zeros(1, int)
+        if index.ndim != 1 or not np.issubdtype(index.dtype, np.integer):
+            raise ValueError(f"{prefix}.index is no row of whole numbers")
+        count = int(index.max()) + 1 if len(index) else 0
         while f"{prefix}.{count}" in keys:
             count += 1
-        parts = tuple(restored(f"{prefix}.{b}", keys) for b in range(count))
-        return Mixed(parts, keys[f"{prefix}.index"]) if kind == "Mixed" else Sum(parts)
+        parts = tuple(restored(f"{prefix}.{b}", keys, depth + 1) for b in range(count))
+        return Mixed(parts, index) if kind == "Mixed" else Sum(parts)
     if kind == "SceneMaterial":
-        return SceneMaterial(int(keys[f"{prefix}.channels"]))
+        channels = numbers(f"{prefix}.channels", keys[f"{prefix}.channels"])
+        if channels.shape != () or channels not in (1, 3):
+            raise ValueError(f"{prefix}.channels is not 1 or 3")
+        return SceneMaterial(int(channels))
     for model in models():
         if kind == model.__name__:
             own = [field for field in fields(model) if field.init]  # type: ignore[arg-type]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lightloc.checks import array, numbers
-from lightloc.files import whole
+from lightloc.files import regular, whole
 
 FORMAT = "lightloc-lights-1"
 FORMATS = (FORMAT, "lightloc-localization-1")
@@ -163,19 +163,19 @@ class PointLights:
         ValueError: nowhere.json: no such file
         """
         try:
-            content = json.loads(Path(path).read_text("utf-8-sig"))
+            content = json.loads(regular(path).read_text("utf-8-sig"))
             rows, style = content["lights"], content.get("format", FORMAT)
             positions = [row["position"] for row in rows]
             intensities = [row["intensity"] for row in rows]
-        except FileNotFoundError:
-            raise ValueError(f"{path}: no such file") from None
-        except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+            if str(error).startswith(f"{path}: "):
+                raise
             raise ValueError(
                 f'{path}: not a lights file; expected {{"lights": [{{"position": ..., '
                 '"intensity": ...}, ...]}'
             ) from None
         if style not in FORMATS:
-            raise ValueError(f"{path}: its format is '{style}'; expected {FORMAT}")
+            raise ValueError(f"{path}: its format is {str(style)[:40]!r}; expected {FORMAT}")
         try:
             return PointLights(positions, intensities)
         except ValueError as error:

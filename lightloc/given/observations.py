@@ -11,7 +11,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lightloc import brdf
-from lightloc.checks import array, check_radiance, numbers, unit_vectors, unit_word
+from lightloc.checks import (
+    array,
+    check_radiance,
+    numbers,
+    printable,
+    unit_vectors,
+    unit_word,
+)
 from lightloc.files import archive, whole
 
 FORMAT = "lightloc-observations-2"
@@ -358,8 +365,8 @@ class Observations:
             return Observations(material=brdf.restored("material", keys), **given)
         except KeyError as missing:
             raise ValueError(f"{path}: field {missing} is missing") from None
-        except (TypeError, ValueError) as error:
-            raise ValueError(f"{path}: {error}") from None
+        except (TypeError, ValueError, OverflowError) as error:
+            raise ValueError(f"{path}: {printable(str(error))}") from None
 
 
 STORED = (

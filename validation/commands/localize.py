@@ -40,6 +40,7 @@ def localize_command(
         int,
         typer.Option(
             min=0,
+            max=65_536,
             help="Paths per observation and light, to render the indirect light of what is found "
             "(needs --scene); 0: remove it with the observations themselves, which requires a "
             "largely diffuse room.",

@@ -85,4 +85,4 @@ def sentence(error: Exception) -> str | None:
         text = str(error)
     else:
         return None
-    return " ".join(text.split())
+    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in " ".join(text.split()))

@@ -101,6 +101,8 @@ def read_json(path: Path) -> dict[str, Any]:
         If the file is missing, unreadable, no JSON, or not an object.
     """
     try:
+        if os.path.exists(path) and not path.is_file():  # a pipe may never end
+            raise ValueError("it is no file")
         content = json.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise ValueError(f"{path} is missing.") from None

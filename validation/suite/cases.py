@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import importlib.resources
+import os
 import tomllib
 from pathlib import Path
 from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, ValidationError
+
+from lightloc.checks import printable
+from lightloc.files import regular
 
 Corner = tuple[float, float, float]
 
@@ -20,7 +24,7 @@ class Case(BaseModel):
     ``rendered``, the indirect light of what is found is rendered.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     name: str = Field(pattern=r"^[A-Za-z0-9_-][A-Za-z0-9._-]*$")  # a folder's name
     scene: str
@@ -52,7 +56,7 @@ class Case(BaseModel):
         """The file of the scene, whichever folder the suite is run from."""
         own = self._folder / self.scene
         packaged = _packaged(self.scene, ".xml")
-        return packaged if packaged and not own.is_file() else own
+        return packaged if packaged and not os.path.isfile(own) else own
 
 
 def read_suite(path: str | Path) -> tuple[str, list[Case]]:
@@ -62,12 +66,15 @@ def read_suite(path: str | Path) -> tuple[str, list[Case]]:
     Raises ValueError naming the file, the case and the field.
     """
     file = _packaged(str(path), ".toml") or Path(path)
-    if not file.is_file():
+    if not os.path.exists(file):  # no error of a name that no file could have
         raise ValueError(f"{path}: no such suite file")
     try:
-        content = tomllib.loads(file.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"{file}: {error}") from None
+        content = tomllib.loads(regular(file).read_text(encoding="utf-8"))
+    except RecursionError:
+        raise ValueError(f"{file}: is nested too deep") from None
+    except (OSError, ValueError) as error:
+        said = str(error).removeprefix(f"{file}: ")
+        raise ValueError(f"{file}: {printable(said)}") from None
     defaults = content.get("defaults", {})
     rows = content.get("case", [])
     if not isinstance(rows, list) or not rows or not all(isinstance(row, dict) for row in rows):
@@ -81,15 +88,18 @@ def read_suite(path: str | Path) -> tuple[str, list[Case]]:
         except ValidationError as error:
             first = error.errors()[0]
             field = ".".join(str(part) for part in first["loc"]) or "row"
-            name = row.get("name", "?")
-            raise ValueError(f"{file}: case '{name}': {field}: {first['msg']}") from None
+            said = printable(f"case '{row.get('name', '?')}': {field}: {first['msg']}")
+            raise ValueError(f"{file}: {said}") from None
         case._folder = file.parent
         cases.append(case)
     names = [case.name for case in cases]
     for name in names:
         if names.count(name) > 1:
             raise ValueError(f"{file}: two cases are called '{name}'")
-    return str(content.get("name", file.stem)), cases
+    name = content.get("name", file.stem)
+    if not isinstance(name, str):
+        raise ValueError(f"{file}: its name is no text")
+    return name, cases
 
 
 def _packaged(name: str, suffix: str) -> Path | None:
@@ -97,4 +107,4 @@ def _packaged(name: str, suffix: str) -> Path | None:
     if Path(name).name != name:
         return None
     file = Path(str(importlib.resources.files("scenes"))) / f"{name.removesuffix(suffix)}{suffix}"
-    return file if file.is_file() else None
+    return file if os.path.isfile(file) else None
