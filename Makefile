@@ -1,7 +1,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: help setup report table1 studies docs lint test-fast test test-long test-all coverage mutants bench lock clean
+.PHONY: help setup report table1 studies docs lint test-fast test test-long test-all coverage mutants fuzz bench lock clean
 
 help:  ## list the targets
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
@@ -52,6 +52,9 @@ coverage: setup  ## which lines the fast tests and the harness run
 
 mutants: setup  ## break our own code in 155 ways; each must fail a test
 	$(BIN)/python tests/mutants/run.py
+
+fuzz: setup  ## give 5000 odd files and command lines to all that reads input: no fault
+	$(BIN)/python tests/fuzz/run.py
 
 bench: setup  ## benchmarks, as ratios within one run
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only -s
