@@ -125,7 +125,7 @@ def _check(file: SceneFile, node: Any) -> None:
     """Refuse a node that Mitsuba does not have, that would end the process, or is not modelled."""
     kind, plugin = node.type.name, node.props.plugin_name()
     parts = [part for _, part in file.parts(node)]
-    why = None
+    why, _ = None, node.props.id()  # UnicodeDecodeError, rather than where it is used
     if not _is_known(node):
         why = f"this Mitsuba has no {_kind(node)} '{plugin}'"
     elif kind == "Shape" and any(part.props.plugin_name() == "point" for part in parts):
@@ -153,7 +153,7 @@ def _is_deep(file: SceneFile, node: Any, left: int) -> bool:
 
 
 def _check_files(file: SceneFile, nodes: list[Any]) -> None:
-    """Refuse meshes, volumes and bitmaps that Mitsuba could not be asked to build on, each read once."""
+    """Refuse files that Mitsuba could not be asked to build a scene on, each read once."""
     checked = set()
     for node in nodes:
         kind, props = node.props.plugin_name(), node.props

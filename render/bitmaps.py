@@ -1,27 +1,76 @@
-"""Pictures that a scene names, checked before Mitsuba reads them: a bad one would end the process."""
+"""Pictures, checked before Mitsuba reads them: a damaged EXR or BMP would end the process."""
 
 from __future__ import annotations
 
 import struct
 from pathlib import Path
 
+import OpenImageIO as oiio
+
 BMP = struct.Struct("<2s12xIiiHH")  # BM, size of the header, width, height, planes, bits
 BITS = (1, 8, 24, 32)  # a pixel
+EXR = b"\x76\x2f\x31\x01"  # the first bytes
+OTHER = 0x1A00  # bits of an EXR version: tiles, deep data, many parts
+LINES = (1, 1, 1, 16, 32, 16, 32, 32, 32, 256)  # in a block, by the number of the compression
 
 
 def check_bitmap(file: Path) -> None:
-    """Refuse a BMP file whose header can't be true; of other formats Mitsuba itself says so.
+    """Refuse an EXR file with a damaged pixel, and a BMP file whose header can't be true.
 
-    Raises ValueError naming the file.
+    Of other formats Mitsuba itself says so. Raises ValueError naming the file.
     """
     if not file.is_file():
         return
     with open(file, "rb") as stream:
         head = stream.read(BMP.size)
-    if not head.startswith(b"BM"):
-        return
-    if len(head) == BMP.size:
-        _, _, width, height, _, bits = BMP.unpack(head)
-        if bits in BITS and 0 < width * abs(height) * bits // 8 <= file.stat().st_size:
-            return
-    raise ValueError(f"bitmap {file}: the header of this BMP file is broken")
+    if head.startswith(EXR) and not (_blocks_in_place(file.read_bytes()) and _all_pixels(file)):
+        raise ValueError(f"bitmap {file}: a damaged EXR file")
+    if head.startswith(b"BM") and not _bmp(head, file.stat().st_size):
+        raise ValueError(f"bitmap {file}: a damaged BMP file")
+
+
+def _blocks_in_place(content: bytes) -> bool:
+    """Whether each block of lines lies where the table of an EXR file says, and begins as it says.
+
+    Mitsuba's reader ends the process where two of its threads find one that doesn't.
+    """
+    try:
+        header, at = {}, 8
+        while content[at]:
+            name, kind = content.index(b"\0", at), content.index(b"\0", at) + 1
+            size = content.index(b"\0", kind) + 1
+            (length,) = struct.unpack_from("<I", content, size)
+            header[content[at:name]] = content[size + 4 : size + 4 + length]
+            at = size + 4 + length
+        if struct.unpack_from("<I", content, 4)[0] & OTHER:
+            return True
+        _, top, _, bottom = struct.unpack("<4i", header[b"dataWindow"])
+        lines = LINES[header[b"compression"][0]]
+        for i, y in enumerate(range(top, bottom + 1, lines)):
+            (offset,) = struct.unpack_from("<Q", content, at + 1 + 8 * i)
+            found, length = struct.unpack_from("<iI", content, offset)
+            if found != y or offset + 8 + length > len(content):
+                return False
+    except (struct.error, ValueError, KeyError, IndexError, OverflowError):
+        return False
+    return True
+
+
+def _all_pixels(file: Path) -> bool:
+    """Whether OpenImageIO can read them."""
+    try:
+        picture = oiio.ImageInput.open(str(file))
+        pixels = picture.read_image() if picture else None
+        oiio.geterror()  # or it is printed at the end
+    except UnicodeDecodeError:  # a complaint that is not text
+        return False
+    if picture:
+        picture.close()
+    return pixels is not None
+
+
+def _bmp(head: bytes, size: int) -> bool:
+    if len(head) < BMP.size:
+        return False
+    _, _, width, height, _, bits = BMP.unpack(head)
+    return bits in BITS and 0 < width * abs(height) * bits // 8 <= size

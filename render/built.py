@@ -8,12 +8,17 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+FARTHEST = 1e12  # of a point of the scene: beyond it areas and their squares are no float32
+
+BRIGHTEST = 1e6  # value of a picture: paths multiply many, and the sum of squares is a float32
+
 
 def shape_fault(shape: Any) -> str | None:
     """What of a shape is not finite; None where all is."""
     box = shape.bbox()
-    if not np.isfinite([np.array(box.min).ravel(), np.array(box.max).ravel()]).all():
-        return "reaches to infinity"
+    reach = np.abs([np.array(box.min).ravel(), np.array(box.max).ravel()]).max()
+    if not reach < FARTHEST:
+        return f"reaches {reach:.3g} from the origin; expected less than {FARTHEST:g}"
     try:
         area = float(np.array(shape.surface_area()).ravel()[0])
     except RuntimeError:  # of an instance or a curve Mitsuba does not know it
@@ -41,11 +46,12 @@ def bsdf_fault(shape: Any) -> str | None:
 
 
 def picture_fault(texture: Any, raw: bool) -> str | None:
-    """Which value of a bitmap or a grid is none of a colour; of a raw one, of a number."""
+    """Which value of a bitmap or a grid is out of range; a raw one may be below 0."""
     values = mi.traverse(texture)
     if "data" not in values:
         return None
     data = np.array(values["data"])
-    bad = ~np.isfinite(data) if raw else ~(np.isfinite(data) & (data >= 0))
-    least = "finite values" if raw else "finite values of at least 0"
-    return f"holds {data[bad].flat[0]:g}; expected {least}" if bad.any() else None
+    least = -BRIGHTEST if raw else 0.0
+    bad = ~((data >= least) & (data <= BRIGHTEST))
+    expected = f"values of {least:g} to {BRIGHTEST:g}"
+    return f"holds {data[bad].flat[0]:g}; expected {expected}" if bad.any() else None

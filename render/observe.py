@@ -172,6 +172,15 @@ def observations(
             f"{room.path}: a ray misses the point that it was aimed at; the scene is too large "
             f"for its parts, {room.diagonal:.3g} across"
         )
+    try:
+        return _observations(si, B, sigma, room, interreflected)
+    except ValueError as error:  # a value that Mitsuba takes, and makes others of
+        raise ValueError(f"{room.path}: {error}") from None
+
+
+def _observations(
+    si: Any, B: NDArray, sigma: NDArray, room: Room, interreflected: bool
+) -> Observations:
     material = material_at(si)
     regions, names = regions_at(si)
     if room.lights.channels == 1 and material.channels == 1 and (room.known is None or is_grey(B)):

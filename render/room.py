@@ -170,14 +170,10 @@ def load(
     for name, value in parameters.items():
         if text_of(value).strip().lower().lstrip("+-") in NOT_FINITE:
             raise ValueError(f"{path}: parameter '{name}' is {value}; expected a finite number")
-    file = SceneFile.read(path, parameters)
-    check_find(file, find)
-    known = None
-    if extinguish(file, find, known=True):
-        other = SceneFile.read(path, parameters)
-        extinguish(other, find, known=False)
-        known = build(other)
-    scene = build(file)
+    try:
+        scene, known = _built(path, parameters, find)
+    except UnicodeDecodeError:
+        raise ValueError(f"{path}: a name in it is not written in UTF-8") from None
     if not scene.shapes():
         raise ValueError(f"{path}: the scene has no surface")
     try:
@@ -187,6 +183,18 @@ def load(
     geometry = SceneGeometry(scene, known)
     unit = _unit_of(path) if unit is None else unit_word(f"{path}: unit", unit)
     return Room(path.stem, path, dict(parameters), scene, lights, geometry, known, unit)
+
+
+def _built(path: Path, parameters: Mapping[str, Any], find: str | Sequence[str]) -> tuple[Any, Any]:
+    """The scene under the lights to be found, and under all others; None where there are none."""
+    file = SceneFile.read(path, parameters)
+    check_find(file, find)
+    known = None
+    if extinguish(file, find, known=True):
+        other = SceneFile.read(path, parameters)
+        extinguish(other, find, known=False)
+        known = build(other)
+    return build(file), known
 
 
 def _unit_of(path: Path) -> str:

@@ -20,6 +20,7 @@ SOURCE = re.compile(r"\[\w+\.(?:cpp|h):\d+\]\s*|\[[A-Z][A-Za-z]*\]\s*")  # a pla
 PLACE = re.compile(r"(?:Error while loading|While loading|At) (.+?) \(line (\d+), col \d+\): ")
 SYNTAX = re.compile(r'Parsing of XML file "(.+?)" failed: (.*) \(line (\d+), col \d+\)$')
 WHOLE = re.compile(r'Error while loading XML file "(.+?)": ')
+LONG = re.compile(r'"([^"/]{80})[^"/]{20,}"')  # a value that is repeated, but no path
 PLUGIN = re.compile(r'^failed to instantiate (\w+) plugin of type "(\w+)": ')
 
 
@@ -90,7 +91,7 @@ class SceneFile:
         """The error that says why a node can't be taken, with its file and line."""
         place = mi.parser.file_location(self.state, node)
         file, _, line = place.removesuffix(")").rpartition(" (line ")
-        return ValueError(_place(self.path, file, line.partition(",")[0]) + printable(why))
+        return ValueError(_place(self.path, file, line.partition(",")[0]) + one_line(why))
 
     def find(self, name: str) -> Path:
         """A file that the scene names, where Mitsuba finds it; as it is named where it doesn't."""
@@ -177,14 +178,15 @@ def _told(path: Path) -> Iterator[None]:
 
 
 def one_line(message: str) -> str:
-    """A message of Mitsuba as one line, without places in its C++ and without control characters.
+    """A message of Mitsuba as one short line, without places in its C++ or odd characters.
 
     Examples
     --------
     >>> one_line("[Plugin.cpp:3] no such\\n  thing \\x01")
     'no such thing \\\\x01'
     """
-    return printable(" ".join(SOURCE.sub("", message).split()))
+    text = printable(" ".join(SOURCE.sub("", message).split()))
+    return LONG.sub(r'"\1..."', text)
 
 
 def _sentence(path: Path, message: str) -> str:

@@ -152,7 +152,7 @@ def refusal(said: str, name: str) -> tuple[str, str]:
         return "nameless", said
     rest = said.replace(name, "")  # a name may hold anything
     plain = len(said.splitlines()) == 1 and not CONTROL.search(rest) and not INNER.search(rest)
-    short = len(re.sub(r"\S*/\S*", "", rest)) <= LONGEST
+    short = sum(len(word) for word in rest.split() if "/" not in word) <= LONGEST
     return ("refused" if plain and short else "message"), said
 
 

@@ -6,7 +6,7 @@ import hypothesis
 from hypothesis import HealthCheck, Phase
 from hypothesis import strategies as st
 
-from fuzz import archives, assets, commands, corpus, hostile, odd, parts, scenes, texts
+from fuzz import archives, assets, commands, corpus, hostile, odd, parts, texts, trees
 from fuzz.inputs import Input
 
 
@@ -25,7 +25,7 @@ def _devices() -> st.SearchStrategy[Input]:
 
 
 KINDS = {  # share of the inputs, and what makes them
-    "scenes": (24, scenes.scenes),
+    "scenes": (24, trees.scenes),
     "hostile scenes": (4, hostile.scenes),
     "meshes": (
         12,
