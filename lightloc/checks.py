@@ -100,6 +100,9 @@ def number(
 def unit_vectors(name: str, value: ArrayLike, n: int) -> NDArray[np.float64]:
     """Return (n, 3) ``value`` normalized; raises ValueError where a vector has length zero."""
     vectors = array(name, value, (n, 3))
+    most = np.abs(vectors).max(axis=1, initial=1.0)
+    if most.max(initial=1.0) > LONG_VECTOR:
+        vectors = vectors / most[:, None]
     lengths = np.linalg.norm(vectors, axis=1)
     if (lengths < TINY_VECTOR).any():
         row = int(np.argmax(lengths < TINY_VECTOR))
@@ -151,6 +154,7 @@ def printable(text: str) -> str:
     return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
 
 
+LONG_VECTOR = 1e150  # above this a direction's square is infinite
 TINY_VECTOR = 1e-12  # below this a direction is lost in rounding
 
 

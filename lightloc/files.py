@@ -145,6 +145,11 @@ def archive(path: str | Path, what: str, formats: Sequence[str]) -> dict[str, ND
             stream.seek(0)
             with np.load(stream, allow_pickle=False) as file:
                 keys = {name: file[name] for name in file.files}
+            for value in keys.values():
+                if not isinstance(value, np.ndarray):  # a member that is no .npy
+                    raise ValueError(broken)
+                if value.dtype.kind == "U":
+                    value.tolist()  # or what is no text would be found later
     except ValueError as error:
         raise ValueError(error if str(error).startswith(f"{path}: ") else broken) from None
     except Exception:  # of zipfile, zlib, tokenize or NumPy, each of which has its own

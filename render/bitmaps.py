@@ -1,7 +1,8 @@
-"""Pictures, checked before Mitsuba reads them: a damaged EXR or BMP would end the process."""
+"""Pictures, checked before Mitsuba reads them: some damaged ones would end the process."""
 
 from __future__ import annotations
 
+import re
 import struct
 from pathlib import Path
 
@@ -9,13 +10,15 @@ import OpenImageIO as oiio
 
 BMP = struct.Struct("<2s12xIiiHH")  # BM, size of the header, width, height, planes, bits
 BITS = (1, 8, 24, 32)  # a pixel
+PNM = re.compile(rb"P[56Ff]\s")
+SIZES = re.compile(rb"P([56Ff])\s+(?:#.*\n)*(\d+)\s+(\d+)\s+(-?[\d.]+(?:[eE][-+]?\d+)?)\s")
 EXR = b"\x76\x2f\x31\x01"  # the first bytes
 OTHER = 0x1A00  # bits of an EXR version: tiles, deep data, many parts
 LINES = (1, 1, 1, 16, 32, 16, 32, 32, 32, 256)  # in a block, by the number of the compression
 
 
 def check_bitmap(file: Path) -> None:
-    """Refuse an EXR file with a damaged pixel, and a BMP file whose header can't be true.
+    """Refuse an EXR file with a damaged pixel; BMP, PPM and PFM files shorter than they say.
 
     Of other formats Mitsuba itself says so. Raises ValueError naming the file.
     """
@@ -25,6 +28,8 @@ def check_bitmap(file: Path) -> None:
         head = stream.read(BMP.size)
     if head.startswith(EXR) and not (_blocks_in_place(file.read_bytes()) and _all_pixels(file)):
         raise ValueError(f"bitmap {file}: a damaged EXR file")
+    if PNM.match(head) and not _pnm(file.read_bytes()):
+        raise ValueError(f"bitmap {file}: a damaged PPM or PFM file")
     if head.startswith(b"BM") and not _bmp(head, file.stat().st_size):
         raise ValueError(f"bitmap {file}: a damaged BMP file")
 
@@ -67,6 +72,16 @@ def _all_pixels(file: Path) -> bool:
     if picture:
         picture.close()
     return pixels is not None
+
+
+def _pnm(content: bytes) -> bool:
+    sizes = SIZES.match(content)
+    if not sizes:
+        return False
+    kind, width, height = sizes[1], int(sizes[2][:9]), int(sizes[3][:9])
+    value = 4 if kind in b"Ff" else 1 if float(sizes[4]) < 256 else 2
+    size = width * height * value * (3 if kind in b"6F" else 1)
+    return 0 < size <= len(content) - sizes.end()
 
 
 def _bmp(head: bytes, size: int) -> bool:

@@ -19,12 +19,9 @@ def shape_fault(shape: Any) -> str | None:
     reach = np.abs([np.array(box.min).ravel(), np.array(box.max).ravel()]).max()
     if not reach < FARTHEST:
         return f"reaches {reach:.3g} from the origin; expected less than {FARTHEST:g}"
-    try:
-        area = float(np.array(shape.surface_area()).ravel()[0])
-    except RuntimeError:  # of an instance or a curve Mitsuba does not know it
-        return None
-    if not np.isfinite(area):
-        return f"has an area of {area:g}; expected a finite one"
+    size = area(shape)
+    if size is not None and not np.isfinite(size):
+        return f"has an area of {size:g}; expected a finite one"
     if not shape.is_mesh():
         return None
     values = mi.traverse(shape)
@@ -32,6 +29,14 @@ def shape_fault(shape: Any) -> str | None:
         if name in values and not np.isfinite(np.array(values[name])).all():
             return f"has {name.replace('_', ' ')} that are not finite"
     return None
+
+
+def area(shape: Any) -> float | None:
+    """In the scene's unit of length squared; None of an instance or a curve."""
+    try:
+        return float(np.array(shape.surface_area()).ravel()[0])
+    except RuntimeError:  # not implemented
+        return None
 
 
 def bsdf_fault(shape: Any) -> str | None:

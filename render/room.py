@@ -14,7 +14,9 @@ import numpy as np
 
 from lightloc import PointLights
 from lightloc.checks import unit_word
+from lightloc.files import regular
 from render.accepted import build
+from render.built import area
 from render.emitters import POINT, check_find, extinguish
 from render.geometry import SceneGeometry, lit
 from render.scene_file import SceneFile, text_of
@@ -111,8 +113,9 @@ def find_file(path: str | Path) -> Path:
     path = Path(path)
     name = path.name.removesuffix(".xml")
     # no error of a name that no file could have; a bare name is a standard scene's
-    if os.path.isfile(path) and str(path) not in standard_scenes():
-        return path
+    is_there = os.path.exists(path) and not os.path.isdir(path)
+    if is_there and str(path) not in standard_scenes():
+        return regular(path)
     if name in standard_scenes() and path.parent.name in ("", "scenes"):
         return Path(str(importlib.resources.files("scenes") / f"{name}.xml"))
     raise ValueError(
@@ -174,7 +177,7 @@ def load(
         scene, known = _built(path, parameters, find)
     except UnicodeDecodeError:
         raise ValueError(f"{path}: a name in it is not written in UTF-8") from None
-    if not scene.shapes():
+    if all(area(shape) == 0 for shape in scene.shapes()):
         raise ValueError(f"{path}: the scene has no surface")
     try:
         lights = _lights(scene)

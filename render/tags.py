@@ -82,10 +82,10 @@ def check_files(path: Path, values: Mapping[str, str]) -> None:
             raise ValueError(f"{path}: its tags are nested more than {DEEPEST} deep")
         values = {**tags.defaults, **values}
         tags.fill(values)
-        folders += [path.parent / name for name in tags.folders]
+        folders += [file.parent, *(file.parent / name for name in tags.folders)]
         inside[file] = []
         for name in (*tags.files, *tags.included):
-            for there in (Path(name), *(folder / name for folder in folders)):
+            for there in dict.fromkeys((Path(name), *(folder / name for folder in folders))):
                 if os.path.isdir(there) or not os.path.exists(there):
                     continue
                 try:
@@ -94,7 +94,6 @@ def check_files(path: Path, values: Mapping[str, str]) -> None:
                     raise ValueError(f"{path}: {printable(str(error))}") from None
                 if name in tags.included:
                     inside[file].append(there)
-                    break
         waiting += inside[file]
 
     @cache

@@ -49,7 +49,7 @@ def lines(draw: st.DrawFn) -> Input:
             numbers = [j for j, word in enumerate(words) if j >= first and word[:1].isdigit()]
             if numbers:
                 words[draw(st.sampled_from(numbers))] = draw(odd.numbers)
-        elif how == "out" and i >= first and words[0] not in SLOW:
+        elif how == "out" and i >= first and words and words[0] not in SLOW:
             del words[i]
         elif how == "twice" and words:
             words.insert(i, words[i])

@@ -151,7 +151,7 @@ def refusal(said: str, name: str) -> tuple[str, str]:
     if name not in said:
         return "nameless", said
     rest = said.replace(name, "")  # a name may hold anything
-    plain = len(said.splitlines()) == 1 and not CONTROL.search(rest) and not INNER.search(rest)
+    plain = len(rest.splitlines()) <= 1 and not CONTROL.search(rest) and not INNER.search(rest)
     short = sum(len(word) for word in rest.split() if "/" not in word) <= LONGEST
     return ("refused" if plain and short else "message"), said
 
@@ -194,7 +194,8 @@ def judged(folder: Path) -> tuple[str, str]:
         except AssertionError:
             return "wrong", traceback.format_exc()
         except ValueError as error:
-            what, said = refusal(str(error), str(Path(path)))
+            said = str(error)
+            what, said = refusal(said, path if path in said else str(Path(path)))
             return what, said if what == "refused" else f"{said}\n{traceback.format_exc()}"
         except BaseException as error:
             return f"traceback ({type(error).__name__})", traceback.format_exc()[-20_000:]

@@ -5,16 +5,24 @@ A sentence begins with the file as the user names it, and says the line where th
 
 from __future__ import annotations
 
+import os
 import re
+import struct
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import OpenImageIO as oiio
 import pytest
 
 import render
+
+
+def scene_of(*lines: str, version: str = "3.0.0") -> str:
+    """The text of a scene, of which the first line is line 2."""
+    return "\n".join([f'<scene version="{version}">', *lines, "</scene>"])
 
 
 def node(tag: str, plugin: str, *inside: str, **attributes: str) -> str:
@@ -70,7 +78,7 @@ def write(tmp_path) -> Callable[..., Path]:
     def file(*lines: str, version: str = "3.0.0", name: str = "room.xml") -> Path:
         path = tmp_path / name
         path.parent.mkdir(exist_ok=True)
-        path.write_text("\n".join([f'<scene version="{version}">', *lines, "</scene>"]))
+        path.write_text(scene_of(*lines, version=version))
         return path
 
     return file
@@ -344,6 +352,7 @@ WINDOW = bsdf("thindielectric")
 IN_A_GROUP = shape("shapegroup", shape("cube", WINDOW, id="w"), id="g")
 BLEND = bsdf("blendbsdf", number("weight", 0.5), bsdf("null"), DIFFUSE)
 INSTANCE = shape("instance", '<ref id="g"/>')
+FAR = '<translate x="{}"/>'
 WHITE = bsdf("diffuse", '<rgb name="reflectance" value="1.5"/>')
 REFUSED = {
     "blackbody": (lamp(spectrum("blackbody", name="intensity")), "'blackbody'", "RGB"),
@@ -390,6 +399,18 @@ REFUSED = {
         pane(bsdf("diffuse", texture("bitmap", name="reflectance"))),
         *("bitmap", "filename"),
     ),
+    "relief without a slope": (
+        pane(bsdf("bumpmap", texture("checkerboard", name="b"), DIFFUSE)),
+        *("'pane'", "can't be evaluated", "eval_1_grad"),
+    ),
+    "BSDFs in BSDFs": (
+        pane('<bsdf type="twosided">' * 9 + DIFFUSE + "</bsdf>" * 9),
+        "nested more than 8 deep",
+    ),
+    "nowhere": (pane(f'<transform name="to_world">{FAR.format("nan")}</transform>'), "reaches nan"),
+    "far away": (pane(f'<transform name="to_world">{FAR.format("1e13")}</transform>'), "1e+13"),
+    "odd characters": (pane(number("gl\u202eoss")), "'gl\\u202eoss'"),
+    "long value": (pane(f'<float name="x" value="{"A" * 10_000}"/>'), 'AAA..."'),
     "blend of nothing": (pane(bsdf("blendbsdf")), "blendbsdf", "two BSDFs"),
     "empty group": (shape("shapegroup", id="g") + INSTANCE, "'g'", "without a surface"),
     "no such picture": (
@@ -436,3 +457,146 @@ def test_an_included_file_is_named_with_its_line(write, refuses):
     path = write(camera, FLOOR, LAMP, *faults[:1], version="0.5.0")
     with refuses(f"{path}: line 5: encountered an unsupported XML element: <zork>"):
         render.load(path)
+
+
+PIPED = {
+    "mesh": shape("ply", text("filename", "pipe")),
+    "texture": pane(bsdf("diffuse", texture("bitmap", text("filename", "pipe"), name="b"))),
+    "spectrum": pane(bsdf("diffuse", '<spectrum name="reflectance" filename="pipe"/>')),
+    "include": '<include filename="pipe"/>',
+    "by a parameter": '<default name="f" value="pipe"/><include filename="$f"/>',
+    "in a folder": '<path value="parts"/>' + shape("obj", text("filename", "deep")),
+    "in an included file": '<include filename="parts/piped.xml"/>',
+}
+
+
+@pytest.mark.parametrize("case", PIPED)
+def test_a_pipe_or_a_device_is_no_file(case, write, tmp_path, refuses):
+    """Mitsuba would wait for it, for ever."""
+    write(PIPED["mesh"], name="parts/piped.xml")
+    os.mkfifo(tmp_path / "pipe")
+    os.mkfifo(tmp_path / "parts" / "deep")
+    path = write(FLOOR, LAMP, PIPED[case])
+    with refuses(f"{path}: {tmp_path}") as refused:
+        render.load(path)
+    assert "device or a pipe" in str(refused.value)
+    for device in (tmp_path / "pipe", Path("/dev/zero")):
+        with refuses(f"{device}: "):
+            render.load(device)
+
+
+ENDLESS = {
+    "tags in tags": scene_of("<a>" * 100_000),
+    "tags that never end": scene_of("<a b='c" * 100_000),
+    "comments that never end": scene_of("<!--" * 100_000),
+    "a name": scene_of(FLOOR, LAMP, f'<shape type="cube" id="{"n" * 10**7}"/>'),
+    "entities": '<!DOCTYPE s [<!ENTITY a "&a;&a;">]>' + scene_of('<shape type="&a;"/>'),
+}
+
+
+@pytest.mark.parametrize("case", ENDLESS)
+def test_an_endless_file_ends(case, tmp_path, refuses):
+    """In time that grows with its length alone, and without ending the process."""
+    path = tmp_path / "room.xml"
+    path.write_text(ENDLESS[case])
+    if case == "a name":
+        assert len(render.load(path).scene.shapes()[1].id()) == 10**7
+    else:
+        with refuses(f"{path}: "):
+            render.load(path)
+
+
+def test_files_that_include_files(write, refuses):
+    """Each eight others, or each other: refused before Mitsuba reads eight to the twelfth."""
+    include = '<include filename="parts/{}.xml"/>'
+    for i in range(12):
+        write(*8 * [f'<include filename="{i + 1}.xml"/>'], name=f"parts/{i}.xml")
+    write(name="parts/12.xml")
+    path = write(FLOOR, LAMP, include.format(0))
+    with refuses(f"{path}: includes more than 1000 files"):
+        render.load(path)
+    render.load(write(FLOOR, LAMP, include.format(10)))  # 8 + 64
+
+
+def test_pictures_of_no_colours(write, tmp_path, refuses):
+    """Values that are not finite, negative, or beyond float32's squares; of a raw one too."""
+    picture = text("filename", "p.pfm")
+    colour = texture("bitmap", picture, name="reflectance")
+    path = write(FLOOR, LAMP, pane(bsdf("diffuse", colour)))
+    for value, good in ((0.5, True), (-0.5, False), (np.nan, False), (np.inf, False), (1e7, False)):
+        values = np.full((2, 2, 3), 0.2, "<f4")
+        values[1, 0, 2] = value
+        (tmp_path / "p.pfm").write_bytes(b"PF\n2 2\n-1.0\n" + values.tobytes())
+        if good:
+            seen(path)
+        else:
+            with refuses(f"{path}: line 4: p.pfm holds {value:g}; expected values of 0 to 1e+06"):
+                render.load(path)
+
+
+def bmp(width: int = 2, height: int = 2, bits: int = 24) -> bytes:
+    head = struct.pack("<2sIHHI", b"BM", 70, 0, 0, 54)
+    return head + struct.pack("<IiiHHIIiiII", 40, width, height, 1, bits, *[0] * 6) + bytes(16)
+
+
+def vol(size: int = 2, kind: int = 1, value: float = 0.5) -> bytes:
+    head = b"VOL\x03" + struct.pack("<5i6f", kind, size, 2, 2, 1, 0, 0, 0, 1, 1, 1)
+    return head + np.full(8, value, "<f4").tobytes()
+
+
+BROKEN = {
+    "p.ppm": tuple(b"P6\n2 " + rest for rest in (b"2\n255\n" + bytes(12), b"0\n255\n", b"2\n")),
+    "p.pfm": tuple(
+        b"PF\n2 " + rest for rest in (b"2\n-1.0\n" + bytes(48), b"\0\n-1\n" + bytes(48))
+    ),
+    "p.bmp": (bmp(), bmp(bits=0), bmp(width=-2), bmp(width=2**30), bmp(height=0), bmp()[:20]),
+    "g.vol": (vol(), vol(0), vol(-(2**31)), vol(3), vol(kind=2), vol(value=np.nan), b"VOL", b""),
+}
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_broken_headers_are_refused(name, write, tmp_path, refuses):
+    """What would end the process, or keep it for ever; the good one is read."""
+    file = text("filename", name)
+    grid = node("volume", "gridvolume", file, name="volume")
+    of = ("volume", grid) if name == "g.vol" else ("bitmap", file)
+    path = write(FLOOR, LAMP, pane(bsdf("diffuse", texture(*of, name="reflectance"))))
+    good, *bad = BROKEN[name]
+    (tmp_path / name).write_bytes(good)
+    render.load(path)
+    for content in bad:
+        (tmp_path / name).write_bytes(content)
+        with refuses(f"{path}: line 4: ") as refused:
+            render.load(path)
+        assert name in str(refused.value)
+
+
+def test_blocks_of_an_exr_texture_are_in_place(write, tmp_path, refuses, rng):
+    """One that is not would end the process: two of Mitsuba's threads complain at once."""
+    file = oiio.ImageOutput.create(str(tmp_path / "p.exr"))
+    spec = oiio.ImageSpec(4, 40, 3, oiio.FLOAT)
+    spec.attribute("compression", "zip")  # blocks of 16 lines: three of them
+    assert file.open(str(tmp_path / "p.exr"), spec)
+    assert file.write_image(rng.random((40, 4, 3), np.float32)) and file.close()
+    colour = texture("bitmap", text("filename", "p.exr"), name="reflectance")
+    path = write(FLOOR, LAMP, pane(bsdf("diffuse", colour)))
+    render.load(path)
+    good = (tmp_path / "p.exr").read_bytes()
+    table = next(i for i in range(len(good)) if good[i : i + 8] == struct.pack("<Q", i + 24))
+    for at in struct.unpack_from("<3Q", good, table):
+        (tmp_path / "p.exr").write_bytes(good[:at] + b"\x63" + good[at + 1 :])
+        with refuses(f"{path}: line 4: bitmap {tmp_path}/p.exr: a damaged EXR file"):
+            render.load(path)
+
+
+def test_what_a_room_yields_names_its_file(write, refuses):
+    """Values that Mitsuba takes and nothing here does, and names that are not UTF-8."""
+    path = write(
+        FLOOR, LAMP, pane(bsdf("roughconductor", number("alpha", -3), text("distribution", "ggx")))
+    )
+    with refuses(f"{path}: Conductor.alpha[0][0] is -3; expected at least"):
+        seen(path)
+    latin = write(FLOOR.replace("floor", "fl\u00f6r"), LAMP)
+    latin.write_bytes(latin.read_text().encode("latin-1"))
+    with refuses(f"{latin}: a name in it is not written in UTF-8"):
+        render.load(latin)

@@ -13,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, ValidationError
 from lightloc.checks import printable
 from lightloc.files import regular
 
+LARGEST, LONGEST = 1_000_000, 10_000  # else reading it takes minutes
 Corner = tuple[float, float, float]
 
 
@@ -69,7 +70,10 @@ def read_suite(path: str | Path) -> tuple[str, list[Case]]:
     if not os.path.exists(file):  # no error of a name that no file could have
         raise ValueError(f"{path}: no such suite file")
     try:
-        content = tomllib.loads(regular(file).read_text(encoding="utf-8"))
+        text = regular(file).read_text(encoding="utf-8")
+        if len(text) > LARGEST or max(map(len, text.split("\n"))) > LONGEST:
+            raise ValueError(f"is longer than {LARGEST} characters, or a line than {LONGEST}")
+        content = tomllib.loads(text)
     except RecursionError:
         raise ValueError(f"{file}: is nested too deep") from None
     except (OSError, ValueError) as error:
