@@ -100,6 +100,21 @@ def test_written_by_another_program(parts, written):
     assert read_exr(written) == View(**parts)
 
 
+def test_a_view_that_was_read_is_written_again(written, tmp_path):
+    """However its arrays lie in memory: the same bytes."""
+    write_exr(read_exr(written), tmp_path / "again.exr")
+    assert (tmp_path / "again.exr").read_bytes() == written.read_bytes()
+
+
+def test_a_name_that_is_no_text(written, refuses):
+    """In the file, and so in what OpenImageIO says of it."""
+    whole = written.read_bytes()
+    for name in (b"lightloc:camera", b"channels\0chlist"):
+        written.write_bytes(whole.replace(name, b"\xff" * len(name)))
+        with refuses(f"{written}: "):
+            read_exr(written)
+
+
 def test_cut_files(written, refuses):
     """A file cut short anywhere is refused."""
     whole = written.read_bytes()

@@ -45,6 +45,8 @@ BAD_LIGHTS = {
     "ragged positions": ("positions", [[0, 0, 0], [1, 1]], [1, 2]),
     "position in words": ("positions", [["here", 0, 0]], [1]),
     "complex position": ("positions", [[1j, 0, 0]], [1]),
+    "complex array": ("positions", np.array([[1j, 0, 0]]), [1]),
+    "beyond floats": ("positions", [[10**400, 0, 0]], [1]),
     "no position": ("positions", None, [1]),
     "negative intensity": ("intensities", [[0, 0, 0]], [-1]),
     "infinite intensity": ("intensities", [[0, 0, 0]], [INF]),
@@ -210,6 +212,12 @@ def test_shorthand_is_spelled_out():
     lights = PointLights([[0, 0, 1], [1, 0, 1]], [5.0, 6.0])
     assert lights.intensities.shape == (2, 1)
     assert len(PointLights([], [])) == 0
+
+
+def test_directions_of_any_length():
+    """Of lengths whose squares are infinite too."""
+    q = Observations(**{**GOOD, "normals": [[0, 0, 1e300], [0, 3e200, 4e200]]})
+    np.testing.assert_allclose(q.normals, UP)
 
 
 def test_values_cannot_be_changed():

@@ -3,6 +3,9 @@ is refused in a sentence that names it."""
 
 from __future__ import annotations
 
+import io
+import os
+import zipfile
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,6 +16,7 @@ from lightloc import (
     Conductor,
     Irradiance,
     Lambert,
+    Localization,
     Mixed,
     Observations,
     Plastic,
@@ -21,6 +25,7 @@ from lightloc import (
     radiance,
 )
 from lightloc.brdf.protocol import BRDF
+from render import read_exr
 
 ARRAYS = ("positions", "normals", "directions", "radiance", "sigma", "facets")
 
@@ -203,6 +208,89 @@ def test_other_files_are_refused(tmp_path, refuses):
             Observations.load(path)
 
 
+def member(descr: str = "'<f8'", shape: object = (4, 3)) -> bytes:
+    """An .npy whose header claims more than its 64 bytes hold."""
+    head = f"{{'descr': {descr}, 'fortran_order': False, 'shape': {shape!r}, }}\n".encode()
+    return b"\x93NUMPY\1\0" + len(head).to_bytes(2, "little") + head + bytes(64)
+
+
+MEMBERS = {
+    "as good": None,
+    "no array": ("positions", b"4 points"),
+    "no header": ("positions", b"\x93NUMPY\1\0\3\0{[("),
+    "a claim of terabytes": ("positions", member(shape=(10**12, 3))),
+    "a claim beyond integers": ("positions", member(shape=(2**62, 2**62))),
+    "objects": ("positions", member(descr="'|O'")),
+    "no text": ("unit", member(descr="'<U2'", shape=()).replace(bytes(8), b"\xff" * 8)),
+    "a format of lines": ("format", np.zeros((3, 3))),
+    "a material of lines": ("material", np.array("a\nb")),
+    "a huge index": ("material.index", np.full(4, 2**62)),
+    "an infinite index": ("material.index", np.full(4, np.inf)),
+    "an imaginary position": ("positions", np.ones((4, 3)) * 1j),
+}
+
+
+@pytest.mark.parametrize("case", MEMBERS)
+def test_crafted_members_are_refused(case, tmp_path, rng, refuses):
+    """Whatever NumPy or Python say of them: one sentence with the file's name."""
+    path = tmp_path / "q.npz"
+    four(MATERIALS["mixed"], rng).save(path)
+    with zipfile.ZipFile(path) as file:
+        members = {name: file.read(name) for name in file.namelist()}
+    if MEMBERS[case]:
+        name, value = MEMBERS[case]
+        stream = io.BytesIO()
+        np.save(stream, value) if isinstance(value, np.ndarray) else stream.write(value)
+        members[f"{name}.npy"] = stream.getvalue()
+    with zipfile.ZipFile(path, "w") as file:
+        for name, content in members.items():
+            file.writestr(name, content)
+    if case == "as good":
+        assert len(Observations.load(path)) == 4
+    else:
+        with refuses(f"{path}: "):
+            Observations.load(path)
+
+
+def test_an_archive_that_unpacks_to_anything_is_refused(tmp_path, rng, refuses):
+    """By what it says of its members, before they are unpacked."""
+    path = tmp_path / "q.npz"
+    four(Lambert(albedo=0.5), rng).save(path)
+    content, sizes = bytearray(path.read_bytes()), 0
+    while (sizes := content.find(b"PK\1\2", sizes) + 24) > 24:
+        content[sizes : sizes + 4] = b"\xff\xff\xff\x7f"
+    path.write_bytes(bytes(content))
+    with refuses(f"{path}: unpacks to "):
+        Observations.load(path)
+
+
+def test_mixed_in_mixed(tmp_path, rng, refuses):
+    """To a depth of eight; a kernel is made of all of it."""
+    path, material = tmp_path / "q.npz", Lambert(albedo=0.5)
+    for depth in range(1, 10):
+        material = Mixed((material,), [0] * 4)
+        four(material, rng).save(path)
+        if depth <= 8:
+            same_material(Observations.load(path).material, material)
+        else:
+            with refuses(f"{path}: material is Mixed in Mixed, more than 8 deep"):
+                Observations.load(path)
+
+
+@pytest.mark.parametrize(
+    "reader", [Observations.load, PointLights.load, Localization.load, read_exr]
+)
+def test_what_never_ends_is_refused(reader, tmp_path, refuses):
+    """A pipe that nobody writes to, a device, and a name that is none."""
+    os.mkfifo(tmp_path / "pipe")
+    for path in (tmp_path / "pipe", "/dev/zero", "/dev/full"):
+        with refuses(f"{path}: can't be read (it is a device or a pipe)"):
+            reader(path)
+    for path in ("", "a" * 5000, "a\0b", f"{__file__}/a"):
+        with pytest.raises(ValueError):
+            reader(path)
+
+
 WRONG_KEYS = {
     "format": "lightloc-observations-0",
     "positions": [[0.0, 0.0, np.nan]] * 4,
@@ -258,6 +346,11 @@ def test_lights_of_no_format(tmp_path):
 
 BROKEN_LIGHTS = {
     "another format": '{"format": "lightloc-lights-9", "lights": []}',
+    "a format of lines": '{"format": "a\\nb", "lights": []}',
+    "a number beyond floats": f'{{"lights": [{{"position": [0, 0, 1{"0" * 400}]'
+    ', "intensity": [1]}]}',
+    "a text": '{"lights": "none"}',
+    "nested": '{"lights": ' + "[" * 100_000,
     "empty": "",
     "cut short": '{"lights": [{"position": [0, 0',
     "another thing": "[1, 2, 3]",
