@@ -80,7 +80,7 @@ TEXTS = (
     GOOD.replace("floor", "f" * 10**7),
     GOOD.replace("0.8", "0." + "8" * 10**7),
     scene(*('<float name="x" value="1"/>',) * 100_000),
-    scene(*(FLOOR.replace(' id="floor"', ""),) * 200),
+    scene(*(FLOOR.replace(' id="floor"', ""),) * 40),
     scene(
         '<default name="x" value="$y"/><default name="y" value="$x"/><string name="$x" value=""/>'
     ),

@@ -23,6 +23,7 @@ from lightloc import (
     Sum,
     localize,
 )
+from validation.suite import read_suite
 
 NAN, INF = float("nan"), float("inf")
 UP = [[0.0, 0.0, 1.0], [0.0, 0.6, 0.8]]
@@ -277,3 +278,36 @@ def test_with_radiance_refuses_what_is_no_radiance(refuses):
     ):
         with refuses(f"Observations.{name}"):
             q.with_radiance(B, sigma)
+
+
+ROW = """[[case]]
+name = "a"
+scene = "box_one"
+brdf = "diffuse"
+claim = "One light."
+position_percent = 1
+intensity_percent = 1
+"""
+BAD_SUITES = {
+    "name that is no text": ("name = [1]\n" + ROW, "its name is no text"),
+    "infinite": (ROW + "parameters = { alpha = inf }\n", "finite"),
+    "not a number": (ROW + "lights = [[0, 0, nan, 1]]\n", "finite"),
+    "odd characters": (ROW + '"a\\n\\u001b" = 1\n', r"a\n\x1b"),
+    "nested": ("a = " + "[" * 9000, "nested too deep"),
+    "digits": ("a = " + "9" * 5000, "digits"),
+    "long line": ("a." * 9000 + "a = 1", "longer"),
+    "no text": ("\udcff", "utf-8"),
+}
+
+
+@pytest.mark.parametrize("case", BAD_SUITES)
+def test_bad_suites_are_refused(case, tmp_path, refuses):
+    """As `lightloc validate` does, here without it; the row as it is, is read."""
+    text, said = BAD_SUITES[case]
+    path = tmp_path / "suite.toml"
+    path.write_text(text, errors="surrogateescape")
+    with refuses(f"{path}: ") as refused:
+        read_suite(path)
+    assert said in str(refused.value)
+    path.write_text(ROW)
+    assert read_suite(path)[1][0].name == "a"
