@@ -156,14 +156,14 @@ def refusal(said: str, name: str) -> tuple[str, str]:
     return ("refused" if plain and short else "message"), said
 
 
-def planted(how: str) -> None:
+def planted(how: str, path: str) -> None:
     """Faults on purpose: each must be seen."""
     if how == "traceback":
         [][0]
     elif how == "wrong":
         raise AssertionError("not what was written")
     elif how == "lines":
-        raise ValueError("nothing\nnowhere")
+        raise ValueError(f"{path}: nothing\nnowhere")
     elif how == "nameless":
         raise ValueError("no such file")
     elif how == "crash":
@@ -187,7 +187,7 @@ def judged(folder: Path) -> tuple[str, str]:
             if kind == "command":
                 return command(arguments, folder)
             if kind == "planted":
-                planted(arguments[0])
+                planted(arguments[0], path)
             else:
                 READERS[kind](path, Path(again))
             return "loaded", ""

@@ -57,9 +57,8 @@ class Child:
         seconds = time.perf_counter() - started
         self.turns += 1
         if answer is None:
-            code = self.end()
-            what = why or f"crash ({_name(code)})"
-            return Outcome(what, self._logged(), seconds)
+            said, code = self._logged(), self.end()
+            return Outcome(why or f"crash ({_name(code)})", said, seconds)
         if self.turns >= TURNS:
             self.end()
         return Outcome(answer["what"], answer["said"], seconds)
@@ -74,6 +73,7 @@ class Child:
         code, self.process = self.process.wait(), None
         os.close(self.answers)
         os.close(self.questions)
+        self.log.close()
         return code if died is None else died
 
     def _start(self) -> None:

@@ -13,7 +13,7 @@ from fuzz.kinds import KINDS, shares, some
 from fuzz.run import judged
 from fuzz.watch import LOADED, Child
 
-INPUTS = 120
+INPUTS = 60
 SEED = 15
 PLANTED = {
     "traceback": "traceback (IndexError)",
@@ -37,9 +37,12 @@ def child() -> Iterator[Child]:
 @pytest.mark.parametrize("kind", KINDS)
 def test_odd_inputs_are_loaded_or_refused(kind, child):
     inputs = some(kind, shares(INPUTS)[kind], SEED)
-    assert inputs == some(kind, len(inputs), SEED)
     for one, outcome in zip(inputs, judged(inputs, child), strict=True):
         assert not outcome.is_fault, (one.kind, list(one.files), one.arguments, outcome)
+
+
+def test_the_same_seed_makes_the_same_inputs():
+    assert some("suites (TOML)", 20, SEED) == some("suites (TOML)", 20, SEED)
 
 
 @pytest.mark.parametrize("how", PLANTED)
