@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import io
 import random
 import warnings
@@ -132,8 +133,8 @@ def _revalued(content: bytes, rng: random.Random) -> bytes:
 
 
 def bomb() -> bytes:
-    """Half a gigabyte of zeros in half a megabyte, claimed as one array."""
-    return npy(np.zeros(0)).replace(b"(0,)", b"(67108864,)")[:128] + bytes(1 << 29)
+    """An array of zeros that packs to a thousandth."""
+    return npy(np.zeros(1 << 23))
 
 
 def nested(depth: int) -> bytes:
@@ -161,6 +162,7 @@ def indexed(draw: st.DrawFn) -> Input:
     return Input("observations", {"a.npz": packed(list(rows.items()))})
 
 
+@functools.cache
 def single() -> list[dict[str, bytes]]:
     """Archives that no change of a good one leads to."""
     good = corpus.written()["seen.npz"]
@@ -171,9 +173,9 @@ def single() -> list[dict[str, bytes]]:
         {"a.npz": packed([])},
         {"a.npz": packed([("positions.npy", bomb()), *rows[1:]])},
         {"a.npz": packed([*rows, ("more.npy", bomb())])},
-        {"a.npz": packed([(f"a{i}.npy", npy(np.zeros(1))) for i in range(5000)])},
+        {"a.npz": packed([(f"a{i}.npy", npy(np.zeros(1))) for i in range(1000)])},
         {"a.npz": packed([*rows, *rows])},
-        *({"a.npz": nested(depth)} for depth in (1, 5, 100, 900, 2000)),
+        *({"a.npz": nested(depth)} for depth in (1, 8, 100, 2000)),
         {"a.npz": None},
     ]
 

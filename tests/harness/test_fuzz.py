@@ -48,7 +48,7 @@ def test_the_same_seed_makes_the_same_inputs():
 @pytest.mark.parametrize("how", PLANTED)
 def test_a_planted_fault_is_seen(how, tmp_path):
     """It is kept, with the command that repeats it, and the next input finds a child again."""
-    child = Child(seconds=1.0, memory=600 << 20)
+    child = Child(seconds=1.0 if how == "hang" else 10.0, memory=600 << 20)
     faulty = Input("planted", {"a": b"content"}, (how,))
     good = Input("planted", {"a": b""}, ("nothing",))
     first, second = judged([faulty, good], child, tmp_path)
