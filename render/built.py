@@ -8,6 +8,8 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from render.surfaces import area_of
+
 FARTHEST = 1e12  # of a point of the scene: beyond it areas and their squares are no float32
 
 BRIGHTEST = 1e6  # value of a picture: paths multiply many, and the sum of squares is a float32
@@ -19,7 +21,7 @@ def shape_fault(shape: Any) -> str | None:
     reach = np.abs([np.array(box.min).ravel(), np.array(box.max).ravel()]).max()
     if not reach < FARTHEST:
         return f"reaches {reach:.3g} from the origin; expected less than {FARTHEST:g}"
-    size = area(shape)
+    size = area_of(shape)
     if size is not None and not np.isfinite(size):
         return f"has an area of {size:g}; expected a finite one"
     if not shape.is_mesh():
@@ -29,14 +31,6 @@ def shape_fault(shape: Any) -> str | None:
         if name in values and not np.isfinite(np.array(values[name])).all():
             return f"has {name.replace('_', ' ')} that are not finite"
     return None
-
-
-def area(shape: Any) -> float | None:
-    """In the scene's unit of length squared; None of an instance or a curve."""
-    try:
-        return float(np.array(shape.surface_area()).ravel()[0])
-    except RuntimeError:  # not implemented
-        return None
 
 
 def bsdf_fault(shape: Any) -> str | None:

@@ -16,11 +16,10 @@ from lightloc import PointLights
 from lightloc.checks import unit_word
 from lightloc.files import regular
 from render.accepted import build
-from render.built import area
 from render.emitters import POINT, check_find, extinguish
 from render.geometry import SceneGeometry, lit
 from render.scene_file import SceneFile, text_of
-from render.surfaces import left_out
+from render.surfaces import area_of, left_out
 from render.transport import bounds_of, diagonal_of
 from render.variant import use_mitsuba
 
@@ -177,7 +176,7 @@ def load(
         scene, known = _built(path, parameters, find)
     except UnicodeDecodeError:
         raise ValueError(f"{path}: a name in it is not written in UTF-8") from None
-    if all(area(shape) == 0 for shape in scene.shapes()):
+    if all(area_of(shape) == 0 for shape in scene.shapes()):
         raise ValueError(f"{path}: the scene has no surface")
     try:
         lights = _lights(scene)

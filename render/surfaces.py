@@ -40,7 +40,7 @@ def area_of(shape: Any) -> float | None:
     """In the unit of length squared; None of an instance or a curve."""
     try:
         return float(np.array(shape.surface_area()).ravel()[0])
-    except RuntimeError:
+    except RuntimeError:  # not implemented
         return None
 
 
