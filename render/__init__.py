@@ -7,11 +7,14 @@ from render.exr import read_exr, write_exr
 from render.files import files_of
 from render.interreflection import interreflected
 from render.observe import attach, observe, remeasure
+from render.picture import Picture, read_picture
+from render.pictured import observe_picture
 from render.pixels import observe_view
 from render.room import Room, SceneGeometry, load, relight, standard_scenes, triangles
 from render.view import View
 
 __all__ = [
+    "Picture",
     "Room",
     "SceneGeometry",
     "View",
@@ -20,10 +23,12 @@ __all__ = [
     "interreflected",
     "load",
     "observe",
+    "observe_picture",
     "observe_view",
     "optimize",
     "photograph",
     "read_exr",
+    "read_picture",
     "relight",
     "remeasure",
     "standard_scenes",
