@@ -3,7 +3,7 @@
 import lightloc.backend  # noqa: F401  (first: it chooses the LLVM library)
 from render.camera import photograph
 from render.descent import optimize
-from render.exr import read_exr, write_exr
+from render.exr import is_view, read_exr, write_exr
 from render.files import files_of
 from render.interreflection import interreflected
 from render.observe import attach, observe, remeasure
@@ -21,6 +21,7 @@ __all__ = [
     "attach",
     "files_of",
     "interreflected",
+    "is_view",
     "load",
     "observe",
     "observe_picture",

@@ -153,7 +153,32 @@ def opened(path: str | Path) -> Iterator[oiio.ImageInput]:
 
 
 def is_view(path: str | Path) -> bool:
-    """Whether an EXR file says that it is a view; raises ValueError where it is no EXR file."""
+    """Tell views, which `write_exr` wrote, from pictures by other programs.
+
+    Parameters
+    ----------
+    path : str or Path
+        An EXR file.
+
+    Returns
+    -------
+    bool
+        Whether it says that it is a view.
+
+    Raises
+    ------
+    ValueError
+        If there is no such file or it is no EXR file; the message names it.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from render import is_view, load, photograph, write_exr
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_exr(photograph(load("box_one"), width=4, transport="direct"), f"{folder}/a.exr")
+    ...     is_view(f"{folder}/a.exr")
+    True
+    """
     with opened(path) as file:
         return bool(file.spec().get_string_attribute("lightloc:format"))
 

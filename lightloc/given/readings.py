@@ -1,0 +1,352 @@
+"""Readings of an instrument, from a table in a text file."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lightloc.brdf import BRDF, Irradiance, Lambert
+from lightloc.given.observations import Observations
+from lightloc.given.table import Table
+
+METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "km": 1e3, "um": 1e-6, "in": 0.0254, "ft": 0.3048}
+UNITS = {  # spellings
+    **{name: name for name in METRES},
+    **dict.fromkeys(("metre", "metres", "meter", "meters"), "m"),
+    **dict.fromkeys(("µm", "μm"), "um"),
+    **dict.fromkeys(("inch", "inches"), "in"),
+    **dict.fromkeys(("foot", "feet"), "ft"),
+}
+POWERS = str.maketrans("²⁻¹−", "2-1-")
+TINY = 1e-12  # below this a direction is lost in rounding
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What readings may be: names of its column, its units, and the unit of intensities."""
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    intensity: str
+    arrives: bool  # at the surface, whatever that reflects
+
+
+QUANTITIES = {
+    "lux": Quantity(("lux", "lx", "illuminance"), ("lx", "lux", "lm/m2", "lmm-2"), "cd", True),
+    "irradiance": Quantity(("irradiance",), ("W/m2", "wm-2"), "W/sr", True),
+    "luminance": Quantity(
+        ("luminance", "cdm2", "nits"), ("cd/m2", "cdm-2", "nit", "nits"), "cd", False
+    ),
+    "radiance": Quantity(
+        ("radiance", ""),
+        ("W/(m2 sr)", "w/m2/sr", "w/sr/m2", "w/m2sr", "w/srm2", "wm-2sr-1", "wsr-1m-2"),
+        "W/sr",
+        False,
+    ),
+}
+VECTORS = {
+    "position": ("{}", "p{}", "pos{}", "position{}", "{}pos", "{}position"),
+    "normal": ("n{}", "normal{}", "{}normal"),
+    "direction": ("d{}", "direction{}", "dir{}", "view{}", "w{}"),
+}
+ERRORS = ("error", "err", "sigma", "std", "stddev", "stderr", "standarderror", "uncertainty")
+ALBEDOS = ("albedo", "reflectance")
+
+
+def read_readings(
+    path: str | Path,
+    *,
+    albedo: ArrayLike | None = None,
+    material: BRDF | None = None,
+    interreflected: bool = False,
+    unit: str | None = None,
+) -> Observations:
+    """Read what an instrument measured from a table: CSV, with a header that names the columns.
+
+    Case, spaces and points in the names do not matter, nor does the order; other columns are
+    ignored. The separator is a comma, a semicolon or a tab, with the two last of which numbers may
+    have decimal commas. Blank lines and lines that begin with ``#`` are left out.
+
+    ====================== ======================================================================
+    columns                hold
+    ====================== ======================================================================
+    x, y, z                the point, in the unit of the header, as in ``x [mm]`` or ``x (cm)``
+    nx, ny, nz             the normal there: the way in which a light meter looks
+    lux or irradiance      what arrives there, in lx or in W m^-2
+    luminance or radiance  what leaves it, in cd m^-2 or in W sr^-1 m^-2; also as R, G, B
+    error                  the standard error of that, in its unit or in %; need not be there
+    albedo                 of a diffuse surface, where luminance or radiance is read
+    dx, dy, dz             the way towards the instrument, for surfaces that are not diffuse
+    ====================== ======================================================================
+
+    Values in colours have three columns, as ``irradiance R``, ``irradiance G``, ``irradiance B``;
+    so may error and albedo.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file, UTF-8.
+    albedo : float, (3,), (n, 1) or (n, 3) array_like, optional
+        Where luminance or radiance is read from a diffuse surface, and no column says it.
+    material : BRDF, optional
+        The surface's, in place of an albedo.
+    interreflected : bool
+        Whether luminance or radiance holds interreflected light that `localize` shall remove.
+    unit : str, optional
+        The unit of length where the header has none, m where it is None.
+
+    Returns
+    -------
+    Observations
+        The n readings, with the header's unit of length and values by the square of that unit, so
+        that intensities are in cd where light was measured as an eye sees it and in W/sr
+        elsewhere, which their ``intensity_unit`` says. ``sigma`` is None where there is no error.
+
+    Raises
+    ------
+    ValueError
+        In one sentence with the file, and the line and the column where there are any: if a column
+        is missing, stands twice or has an unknown unit, a cell is no finite number, a normal has
+        length zero, an error is negative, a row has another number of cells than the header, or
+        the file is no table.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> from lightloc import read_readings
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "meter.csv")
+    ...     _ = path.write_text("x [mm],y [mm],z [mm],nx,ny,nz,lux,error [%]\\n0,0,0,0,0,1,250,2\\n")
+    ...     q = read_readings(path)
+    >>> q.unit, q.quantity, q.intensity_unit, round(q.radiance.item() * 1000**2, 6)
+    ('mm', 'irradiance', 'cd', 250.0)
+    """
+    table = Table.read(path)
+    columns = _Columns.of(table)
+    if material is not None and albedo is not None:
+        raise ValueError("read_readings takes an albedo or a material, not both")
+    length = columns.length(unit)
+    x = table.numbers(columns.vector("position"))
+    normals, directions = _unit(table, columns, "normal"), None
+    quantity, values, B = _values(table, columns)
+    if quantity.arrives and (material is not None or albedo is not None):
+        raise ValueError(
+            f"{path}: column {table.header[values[0]]} is what arrives at the surface, whatever "
+            "its albedo or material"
+        )
+    surface = material or (
+        Irradiance() if quantity.arrives else _diffuse(table, columns, values, albedo)
+    )
+    if not quantity.arrives and (columns.has("direction") or not isinstance(surface, Lambert)):
+        directions = _unit(table, columns, "direction")
+    try:
+        return Observations(
+            positions=x,
+            normals=normals,
+            directions=normals if directions is None else directions,
+            radiance=B * METRES[length] ** 2,
+            sigma=_sigma(table, columns, quantity, values, B, METRES[length] ** 2),
+            material=surface,
+            interreflected=interreflected,
+            unit=length,
+            intensity_unit=quantity.intensity,
+        )
+    except ValueError as error:
+        said = str(error)
+        raise ValueError(said if said.startswith(f"{path}: ") else f"{path}: {said}") from None
+
+
+@dataclass(frozen=True)
+class _Columns:
+    """The columns of a table by their names, and the units that stand beside these."""
+
+    table: Table
+    place: Mapping[str, int]
+    units: Sequence[str]
+
+    @staticmethod
+    def of(table: Table) -> _Columns:
+        place: dict[str, int] = {}
+        units = []
+        for column, header in enumerate(table.header):
+            match = re.fullmatch(r"([^\[(]*)[\[(](.*)[\])]\s*", header)
+            name, unit = match.groups() if match else (header, "")
+            name = re.sub("[^a-z0-9]", "", name.lower().replace("²", "2"))
+            units.append(unit.strip())
+            if name and place.setdefault(name, column) != column:
+                raise ValueError(f"{table.path}: column {header} stands twice")
+        return _Columns(table, place, units)
+
+    def some(self, names: Sequence[str]) -> list[int]:
+        """The columns of a value, one or three for R, G and B; empty where there are none."""
+        found = [[self.place[name]] for name in names if name and name in self.place]
+        for name in names:
+            three = [self.place[name + a] for a in "rgb" if name + a in self.place]
+            if name and 0 < len(three) < 3:
+                raise ValueError(
+                    f"{self.table.path}: has columns {self.said(three)}; expected R, G and B"
+                )
+            if len(three) == 3:
+                found.append(three)
+        if len(found) > 1:
+            raise ValueError(
+                f"{self.table.path}: columns {self.said(found[0])} and {self.said(found[1])} say "
+                "the same; expected one of them"
+            )
+        return found[0] if found else []
+
+    def said(self, columns: Sequence[int]) -> str:
+        """Their names, as they stand in the file."""
+        return ", ".join(self.table.header[column] for column in columns)
+
+    def has(self, vector: str) -> bool:
+        """Whether there is any of a vector's columns."""
+        return any(form.format(a) in self.place for form in VECTORS[vector] for a in "xyz")
+
+    def vector(self, vector: str) -> list[int]:
+        """The columns of x, y and z."""
+        found = []
+        for axis in "xyz":
+            names = [form.format(axis) for form in VECTORS[vector]]
+            column = next((self.place[name] for name in names if name in self.place), None)
+            if column is None:
+                raise ValueError(
+                    f"{self.table.path}: has no column {names[0]} (its header has "
+                    f"{self.said(range(len(self.table.header)))[:80]})"
+                )
+            found.append(column)
+        return found
+
+    def length(self, unit: str | None) -> str:
+        """The unit of length."""
+        columns = self.vector("position")
+        given = {self.units[column] for column in columns}
+        if len(given) > 1:
+            raise ValueError(
+                f"{self.table.path}: columns {self.said(columns)} have different units of length"
+            )
+        named = given.pop()
+        if named and unit is not None and UNITS.get(unit, unit) != UNITS.get(named, named):
+            raise ValueError(f"{self.table.path}: its unit of length is {named}, not {unit}")
+        word = named or ("m" if unit is None else unit)
+        if word not in UNITS:
+            raise ValueError(
+                f"{self.table.path}: the unit of length is '{word}'; expected one of "
+                f"{', '.join(METRES)}"
+            )
+        return UNITS[word]
+
+    def unit(self, columns: Sequence[int], known: Sequence[str], percent: bool = False) -> str:
+        """The unit of a value: "" where it has none, "%", or one of some that are known."""
+        spelled = {_letters(name) for name in known} | ({"%"} if percent else set())
+        for column in columns:
+            word = _letters(self.units[column])
+            if word and word not in spelled:
+                allowed = [*known[:1], *(["%"] if percent else [])]
+                expected = f"expected {' or '.join(allowed)}" if allowed else "it has none"
+                raise ValueError(
+                    f"{self.table.path}: column {self.table.header[column]} has the unit "
+                    f"'{self.units[column]}'; {expected}"
+                )
+        return "%" if columns and self.units[columns[0]] == "%" else ""
+
+
+def _letters(unit: str) -> str:
+    """A unit without what is spelled in many ways.
+
+    Examples
+    --------
+    >>> _letters("W m^-2"), _letters("W·m⁻²")
+    ('wm-2', 'wm-2')
+    """
+    return re.sub(r"[\s^·*()]", "", unit.lower().translate(POWERS))
+
+
+def _unit(table: Table, columns: _Columns, vector: str) -> NDArray[np.float64]:
+    """(n, 3) the normals or directions; refuses one of length zero."""
+    where = columns.vector(vector)
+    vectors = table.numbers(where)
+    zero = np.linalg.norm(vectors, axis=1) < TINY
+    if zero.any():
+        raise ValueError(
+            f"{table.path}: line {table.lines[int(np.argmax(zero))]}, columns "
+            f"{columns.said(where)}: the {vector} has length zero"
+        )
+    return vectors
+
+
+def _values(table: Table, columns: _Columns) -> tuple[Quantity, list[int], NDArray[np.float64]]:
+    """What was read, its columns, and (n, c) its values."""
+    found = [(q, columns.some(q.names)) for q in QUANTITIES.values()]
+    found = [(q, where) for q, where in found if where]
+    if len(found) != 1:
+        some = " and ".join(columns.said(where) for _, where in found)
+        what = f"columns {some} are both readings" if found else "has no column of readings"
+        raise ValueError(f"{table.path}: {what}; expected one of {', '.join(QUANTITIES)}")
+    quantity, where = found[0]
+    if columns.units[where[0]].lower() in ("lx", "lux"):  # irradiance [lx]
+        quantity = QUANTITIES["lux"]
+    columns.unit(where, quantity.units)
+    return quantity, where, table.numbers(where)
+
+
+def _diffuse(
+    table: Table, columns: _Columns, values: Sequence[int], albedo: ArrayLike | None
+) -> Lambert:
+    """The surface whose radiance was read."""
+    where = columns.some(ALBEDOS)
+    if bool(where) == (albedo is not None):
+        what = "has an albedo in the table too" if where else "needs an albedo"
+        raise ValueError(
+            f"{table.path}: column {table.header[values[0]]} {what}; expected a column albedo or "
+            "the argument albedo"
+        )
+    share = 0.01 if columns.unit(where, (), percent=True) else 1.0
+    given = share * table.numbers(where) if where else np.asarray(albedo)
+    if where:
+        for k, column in enumerate(where):
+            bad = (given[:, k] < 0) | (given[:, k] > 1)
+            if bad.any():
+                raise table.refused(int(np.argmax(bad)), column, "is no albedo, from 0 to 1")
+    try:
+        return Lambert(albedo=given)
+    except ValueError as error:
+        raise ValueError(f"{table.path}: {error}") from None
+
+
+def _sigma(
+    table: Table,
+    columns: _Columns,
+    quantity: Quantity,
+    values: Sequence[int],
+    B: NDArray[np.float64],
+    scale: float,
+) -> NDArray[np.float64] | None:
+    """(n, c) standard errors times ``scale``; None where nobody says them."""
+    names = [f"{name}{error}" for error in ERRORS for name in ("", *quantity.names)]
+    where = columns.some(list(dict.fromkeys(names)))
+    if not where:
+        return None
+    relative = columns.unit(where, quantity.units, percent=True) == "%"
+    error = table.numbers(where)
+    for k, column in enumerate(where):
+        bad = error[:, k] < 0
+        if bad.any():
+            raise table.refused(int(np.argmax(bad)), column, "is no standard error, at least 0")
+    if error.shape[1] > B.shape[1]:
+        raise ValueError(
+            f"{table.path}: columns {columns.said(where)} are errors of colours, but "
+            f"{columns.said(values)} has none"
+        )
+    sigma = np.broadcast_to(error * np.abs(B) / 100 if relative else error, B.shape)
+    exact = (sigma == 0) & (B < 0)
+    if exact.any():
+        row, k = np.unravel_index(int(np.argmax(exact)), exact.shape)
+        raise table.refused(int(row), values[int(k)], "is below 0, and exact (its error is 0)")
+    return sigma * scale
