@@ -95,7 +95,7 @@ class Colours:
             return np.eye(3)
         wanted = np.array(PRIMARIES[REC_709])
         there = adaptation(self.chromaticities[3], wanted[3]) @ to_xyz(self.chromaticities)
-        return np.linalg.solve(to_xyz(wanted), there)
+        return np.asarray(np.linalg.solve(to_xyz(wanted), there), np.float64)
 
     def __str__(self) -> str:
         return f"{self.name} (assumed)" if self.assumed else self.name

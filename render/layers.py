@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -15,13 +16,19 @@ from numpy.typing import NDArray
 from render.exr import one_line, opened
 
 NAMES = {  # letters and digits of names in use; the first that is there is taken
-    "radiance": ("", "radiance", "combined", "beauty", "rgba", "rgb", "color", "colour", "image")
-    + ("img", "c", "ci", "main"),
+    "radiance": (
+        *("", "radiance", "combined", "beauty", "rgba", "rgb", "color", "colour", "image", "img"),
+        *("c", "ci", "main"),
+    ),
     "position": ("position", "pos", "p", "pp", "worldposition", "positionworld", "pworld", "wp"),
-    "normal": ("shadingnormal", "shnormal", "ns", "normal", "nn", "normals", "worldnormal")
-    + ("normalworld", "nworld", "n"),
-    "albedo": ("albedo", "diffusealbedo", "diffcol", "diffusecolor", "denoisealbedo")
-    + ("denoisingalbedo",),
+    "normal": (
+        *("shadingnormal", "shnormal", "ns", "normal", "nn", "normals", "worldnormal"),
+        *("normalworld", "nworld", "n"),
+    ),
+    "albedo": (
+        *("albedo", "diffusealbedo", "diffcol", "diffusecolor", "denoisealbedo"),
+        "denoisingalbedo",
+    ),
     "variance": ("variance", "var"),
     "stddev": ("stddev", "standarddeviation", "sigma"),
 }
@@ -85,15 +92,12 @@ class Layers:
         rest = {name: value for more in attributes.values() for name, value in more.items()}
         return Layers(found, rest | own)
 
-    def read(self, meaning: str) -> tuple[NDArray[np.float32], NDArray[np.bool_]] | None:
+    def read(self, meaning: str) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
         """The (h, w, c) pixels of the display window, and (h, w) which of them are in the file.
 
-        NaN where they are not. None where there is no such layer; raises ValueError where its
-        pixels are missing or damaged.
+        NaN where they are not. Raises ValueError where pixels are missing or damaged.
         """
-        layer = self.found.get(meaning)
-        if layer is None:
-            return None
+        layer = self.found[meaning]
         path, channels = layer.path, layer.channels
         with opened(path) as file:
             file.seek_subimage(layer.part, 0)
@@ -123,7 +127,7 @@ def _span(start: int, length: int) -> slice:
 
 
 def _specs(path: Path, file: oiio.ImageInput) -> list[oiio.ImageSpec]:
-    specs = []
+    specs: list[oiio.ImageSpec] = []
     while file.seek_subimage(len(specs), 0):
         spec = file.spec()
         if spec.deep:
@@ -146,7 +150,7 @@ def _of_file(path: Path) -> str:
     """The layer that a file's name says: its last word that is in `NAMES`."""
     known = {name for names in NAMES.values() for name in names}
     words = [_word(part) for part in re.split(r"[ ._-]+", path.stem)]
-    pairs = [a + b for a, b in zip(words, words[1:], strict=False)]
+    pairs = [a + b for a, b in pairwise(words)]
     return next((word for word in (*pairs[::-1], *words[::-1]) if word in known), "")
 
 

@@ -68,8 +68,8 @@ class Picture:
     @property
     def known(self) -> NDArray[np.bool_]:
         """(h, w) bool: the pixels that have a value, and an error where there is a layer of it."""
-        known = np.isfinite(self.radiance).all(axis=2)
-        return known if self.sigma is None else known & np.isfinite(self.sigma).all(axis=2)
+        value = self.radiance if self.sigma is None else self.radiance + self.sigma
+        return np.asarray(np.isfinite(value).all(axis=2))
 
     def __str__(self) -> str:
         height, width = self.inside.shape
@@ -127,17 +127,15 @@ def read_picture(*paths: str | Path) -> Picture:
         camera = _camera(layers.attributes.get("worldToCamera"))
     except ValueError as error:
         raise ValueError(f"{name}: {error}") from None
-    radiance, inside = layers.read("radiance")  # type: ignore[misc]  (there always is one)
     values = {}
-    for meaning in layers.found:
-        found = layers.read(meaning)
-        if found and found[0].shape[:2] != inside.shape:
-            height, width = found[0].shape[:2]
+    B, inside = layers.read("radiance")
+    for meaning, layer in layers.found.items():
+        value, _ = layers.read(meaning)
+        if value.shape[:2] != inside.shape:
             raise ValueError(
-                f"{layers.found[meaning].path}: {meaning} has {width} x {height} pixels; "
-                f"the picture has {inside.shape[1]} x {inside.shape[0]}"
+                f"{layer.path}: {meaning} has {_size(value)} pixels; the picture has {_size(B)}"
             )
-        values[meaning] = found[0].astype(float) if found else None
+        values[meaning] = value.astype(float)
     B = values["radiance"]
     grey = B.shape[2] == 1
     return Picture(
@@ -152,6 +150,10 @@ def read_picture(*paths: str | Path) -> Picture:
         colours="grey" if grey else str(colours),
         to_rec_709=colours.to_rec_709,
     )
+
+
+def _size(pixels: NDArray) -> str:
+    return f"{pixels.shape[1]} x {pixels.shape[0]}"
 
 
 def _errors(values: dict[str, NDArray], shape: tuple[int, ...]) -> NDArray[np.float64] | None:
@@ -171,8 +173,8 @@ def _camera(matrix: ArrayLike | None) -> NDArray[np.float64] | None:
     """
     if matrix is None:
         return None
-    m = np.array(matrix, float).reshape(-1)
-    m = m.reshape(4, 4) if m.shape == (16,) else np.zeros((4, 4))
+    given = np.array(matrix, float)
+    m = given.reshape(4, 4) if given.size == 16 else np.zeros((4, 4))
     rows = m if np.allclose(m[:, 3], POINT) else m.T
     try:
         if not (np.isfinite(m).all() and np.allclose(rows[:, 3], POINT)):

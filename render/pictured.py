@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +15,11 @@ from scipy.ndimage import uniform_filter
 
 from lightloc import Lambert, Observations
 from lightloc.checks import array
-from render.camera import SMOOTH, Pixels, pinhole, purity, shape_index, towards
-from render.material import GREY, material_at, regions_at
-from render.observe import Transport
+from render.camera import SMOOTH, Pixels, lamps, pinhole, purity, shape_index, towards
+from render.material import is_grey, material_at, regions_at
 from render.picture import Picture, read_picture
 from render.room import Room
-from render.transport import to_numpy
+from render.transport import Transport, to_numpy
 from render.view import NOTHING
 
 UNIT = 0.01  # a normal's length may be off by this; half floats, averages over a smooth pixel
@@ -36,6 +35,7 @@ def observe_picture(
     sensor: int = 0,
     camera: ArrayLike | None = None,
     transport: Transport = "full",
+    unit: str = "unit",
 ) -> Observations:
     """Take the observations from a picture that another program wrote: each pure pixel is a q.
 
@@ -55,6 +55,8 @@ def observe_picture(
         length. Where None, that of the file's ``worldToCamera``.
     transport : {"full", "direct"}
         "full" where the picture holds interreflected light, as most do; "direct" where it does not.
+    unit : str
+        The unit of length where there is no scene, a word for prints and files.
 
     Returns
     -------
@@ -95,7 +97,7 @@ def observe_picture(
     both = transport == "full"
     if room is not None:
         return _by_room(picture, room, sensor, both)
-    return _by_layers(picture, camera, both)
+    return replace(_by_layers(picture, camera, both), unit=unit)
 
 
 def _by_room(picture: Picture, room: Room, sensor: int, interreflected: bool) -> Observations:
@@ -108,7 +110,7 @@ def _by_room(picture: Picture, room: Room, sensor: int, interreflected: bool) ->
         pure[block], _ = purity(room, pixels, block, si)
     shape = shape_index(room, si).reshape(size)
     normal = to_numpy(towards(si.sh_frame.n, si)).reshape(*size, 3)
-    pure = pure.reshape(size) & (shape != NOTHING)
+    pure = (pure & ~lamps(room, si)).reshape(size) & (shape != NOTHING)
     used = pure & smooth(to_numpy(si.p).reshape(*size, 3), normal, pure, shape)
     _some(picture, used)
     seen = dr.gather(mi.SurfaceInteraction3f, si, mi.UInt32(np.flatnonzero(used)))
@@ -132,6 +134,7 @@ def _by_room(picture: Picture, room: Room, sensor: int, interreflected: bool) ->
         interreflected=interreflected,
         regions=regions,
         region_names=names,
+        unit=room.unit,
     )
 
 
@@ -140,9 +143,8 @@ def _by_layers(picture: Picture, camera: ArrayLike | None, interreflected: bool)
     if x is None or n is None or albedo is None:
         missing = [m for m in ("position", "normal", "albedo") if getattr(picture, m) is None]
         raise ValueError(
-            f"{picture.name}: does not say what its pixels show (no {', '.join(missing)}); expected "
-            "the scene with its camera, layers of those names, or a picture of "
-            "`lightloc render --view`"
+            f"{picture.name}: does not say what its pixels show (no {', '.join(missing)}); give "
+            "the scene with its camera, such layers, or a view of `lightloc render --view`"
         )
     place = picture.camera if camera is None else array("camera", camera, (3,))
     if place is None:
@@ -178,7 +180,7 @@ def _by_layers(picture: Picture, camera: ArrayLike | None, interreflected: bool)
 
 
 def smooth(
-    x: NDArray, n: NDArray, there: NDArray[np.bool_], shape: NDArray[np.intp] | None = None
+    x: NDArray, n: NDArray, there: NDArray[np.bool_], shape: NDArray | None = None
 ) -> NDArray[np.bool_]:
     """(h, w) bool: the pixels whose eight neighbours lie on one smooth surface with them.
 
@@ -241,8 +243,7 @@ def _some(picture: Picture, used: NDArray[np.bool_]) -> None:
 
 def _channels(colours: NDArray, least: int) -> int:
     """1 where (n, c) colours are grey and nothing else has more, else c."""
-    grey = np.ptp(colours, axis=1).max() <= GREY * np.abs(colours).max()
-    return 1 if grey and least == 1 else colours.shape[1]
+    return 1 if least == 1 and is_grey(colours) else colours.shape[1]
 
 
 def _pooled(picture: Picture, used: NDArray[np.bool_]) -> NDArray[np.float64] | None:

@@ -167,8 +167,8 @@ class Observations:
         put(self, "saturated", clipped)
         put(self, "step", float(array("Observations.step", step, (), least=0.0)))
         put(self, "unit", unit_word("Observations.unit", unit))
-        if intensity_unit:
-            intensity_unit = unit_word("Observations.intensity_unit", intensity_unit)
+        if not isinstance(intensity_unit, str) or not intensity_unit.isprintable():
+            raise ValueError("Observations.intensity_unit is no word; expected one, as 'cd'")
         put(self, "intensity_unit", intensity_unit)
 
     def __len__(self) -> int:
@@ -196,7 +196,7 @@ class Observations:
 
     @property
     def power(self) -> str:
-        """The unit of intensities: ``intensity_unit``, or that of radiance times ``unit`` squared."""
+        """The unit of intensities: ``intensity_unit``, or that of radiance times unit squared."""
         return self.intensity_unit or (
             "W/sr" if self.unit == "m" else f"W sr^-1 m^-2 {self.unit}^2"
         )

@@ -22,30 +22,53 @@ UNITS = {  # spellings
     **dict.fromkeys(("inch", "inches"), "in"),
     **dict.fromkeys(("foot", "feet"), "ft"),
 }
+UNKNOWN = "unit"  # of length
 POWERS = str.maketrans("²⁻¹−", "2-1-")
 TINY = 1e-12  # below this a direction is lost in rounding
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """What readings may be: names of its column, its units, and the unit of intensities."""
+    """What readings may be.
+
+    Parameters
+    ----------
+    names
+        Of its column.
+    units
+        Spellings of its unit; the first is for messages.
+    intensity
+        The unit of intensities where lengths are in metres.
+    unknown
+        Its unit times the square of a unit of length that nobody says.
+    arrives
+        Whether it arrives at the surface, whatever that reflects.
+    """
 
     names: tuple[str, ...]
     units: tuple[str, ...]
     intensity: str
-    arrives: bool  # at the surface, whatever that reflects
+    unknown: str
+    arrives: bool
 
 
 QUANTITIES = {
-    "lux": Quantity(("lux", "lx", "illuminance"), ("lx", "lux", "lm/m2", "lmm-2"), "cd", True),
-    "irradiance": Quantity(("irradiance",), ("W/m2", "wm-2"), "W/sr", True),
+    "lux": Quantity(
+        ("lux", "lx", "illuminance"), ("lx", "lux", "lm/m2", "lmm-2"), "cd", "lx unit^2", True
+    ),
+    "irradiance": Quantity(("irradiance",), ("W/m2", "wm-2"), "W/sr", "W m^-2 unit^2", True),
     "luminance": Quantity(
-        ("luminance", "cdm2", "nits"), ("cd/m2", "cdm-2", "nit", "nits"), "cd", False
+        ("luminance", "cdm2", "nits"),
+        ("cd/m2", "cdm-2", "nit", "nits"),
+        "cd",
+        "cd m^-2 unit^2",
+        False,
     ),
     "radiance": Quantity(
         ("radiance", ""),
         ("W/(m2 sr)", "w/m2/sr", "w/sr/m2", "w/m2sr", "w/srm2", "wm-2sr-1", "wsr-1m-2"),
         "W/sr",
+        "W sr^-1 m^-2 unit^2",
         False,
     ),
 }
@@ -98,14 +121,15 @@ def read_readings(
     interreflected : bool
         Whether luminance or radiance holds interreflected light that `localize` shall remove.
     unit : str, optional
-        The unit of length where the header has none, m where it is None.
+        The unit of length where the header has none: "m", "cm", "mm" or another.
 
     Returns
     -------
     Observations
-        The n readings, with the header's unit of length and values by the square of that unit, so
-        that intensities are in cd where light was measured as an eye sees it and in W/sr
-        elsewhere, which their ``intensity_unit`` says. ``sigma`` is None where there is no error.
+        The n readings, in the header's unit of length. Values are by the square of that unit, so
+        that intensities come out in cd where light was measured as an eye sees it, and in W/sr
+        elsewhere, as ``intensity_unit`` says. Where nobody says the unit of length it is "unit",
+        and values stay as they are. ``sigma`` is None where there is no error.
 
     Raises
     ------
@@ -122,7 +146,8 @@ def read_readings(
     >>> from lightloc import read_readings
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = Path(folder, "meter.csv")
-    ...     _ = path.write_text("x [mm],y [mm],z [mm],nx,ny,nz,lux,error [%]\\n0,0,0,0,0,1,250,2\\n")
+    ...     lines = ["x [mm],y [mm],z [mm],nx,ny,nz,lux,error [%]", "0,0,0,0,0,1,250,2"]
+    ...     _ = path.write_text("\\n".join(lines))
     ...     q = read_readings(path)
     >>> q.unit, q.quantity, q.intensity_unit, round(q.radiance.item() * 1000**2, 6)
     ('mm', 'irradiance', 'cd', 250.0)
@@ -145,17 +170,18 @@ def read_readings(
     )
     if not quantity.arrives and (columns.has("direction") or not isinstance(surface, Lambert)):
         directions = _unit(table, columns, "direction")
+    scale = METRES.get(length, 1.0) ** 2
     try:
         return Observations(
             positions=x,
             normals=normals,
             directions=normals if directions is None else directions,
-            radiance=B * METRES[length] ** 2,
-            sigma=_sigma(table, columns, quantity, values, B, METRES[length] ** 2),
+            radiance=B * scale,
+            sigma=_sigma(table, columns, quantity, values, B, scale),
             material=surface,
             interreflected=interreflected,
             unit=length,
-            intensity_unit=quantity.intensity,
+            intensity_unit=quantity.unknown if length == UNKNOWN else quantity.intensity,
         )
     except ValueError as error:
         said = str(error)
@@ -234,7 +260,9 @@ class _Columns:
         named = given.pop()
         if named and unit is not None and UNITS.get(unit, unit) != UNITS.get(named, named):
             raise ValueError(f"{self.table.path}: its unit of length is {named}, not {unit}")
-        word = named or ("m" if unit is None else unit)
+        word = named or unit
+        if word is None:
+            return UNKNOWN
         if word not in UNITS:
             raise ValueError(
                 f"{self.table.path}: the unit of length is '{word}'; expected one of "
@@ -347,6 +375,6 @@ def _sigma(
     sigma = np.broadcast_to(error * np.abs(B) / 100 if relative else error, B.shape)
     exact = (sigma == 0) & (B < 0)
     if exact.any():
-        row, k = np.unravel_index(int(np.argmax(exact)), exact.shape)
-        raise table.refused(int(row), values[int(k)], "is below 0, and exact (its error is 0)")
+        row, k = divmod(int(np.argmax(exact)), exact.shape[1])
+        raise table.refused(row, values[k], "is below 0, and exact (its error is 0)")
     return sigma * scale

@@ -53,15 +53,12 @@ class Given:
             self._only("albedo")
             return self._picture(room)
         if len(self.paths) > 1:
-            raise ValueError(f"{self.paths[1]}: one file at a time, but for the layers of a picture")
+            raise ValueError(f"{self.paths[1]}: one file at a time, but for a picture's layers")
         if kind == "csv":
             self._only("sensor", "camera")
             both = self.transport == "full"
-            seen = read_readings(
-                first, albedo=self.albedo, interreflected=both, unit=None if room else self.unit
-            )
-            if room and NOBODY_SAYS not in (room.unit, seen.unit) and room.unit != seen.unit:
-                raise ValueError(f"{first}: is in {seen.unit}, but {room.path} in {room.unit}")
+            unit = self.unit or (room.unit if room and room.unit != NOBODY_SAYS else None)
+            seen = read_readings(first, albedo=self.albedo, interreflected=both, unit=unit)
             errors = "errors estimated" if seen.sigma is None else "errors given"
             said = f"{len(seen)} readings of {seen.quantity}, lengths in {seen.unit}, {errors}"
             return seen, said, 0
@@ -86,6 +83,7 @@ class Given:
             sensor=self.sensor or 0,
             camera=self.camera,
             transport="full" if full else "direct",
+            unit=self.unit or NOBODY_SAYS,
         )
         if full and not room:
             raise ValueError(
