@@ -11,21 +11,18 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.ndimage import uniform_filter
 
 from lightloc import Lambert, Observations
 from lightloc.checks import array
 from render.camera import SMOOTH, Pixels, lamps, pinhole, purity, shape_index, towards
 from render.material import is_grey, material_at, regions_at
+from render.neighbours import BOX, at_centres, pooled, smooth, spread
 from render.picture import Picture, read_picture
 from render.room import Room
 from render.transport import Transport, to_numpy
 from render.view import NOTHING
 
 UNIT = 0.01  # a normal's length may be off by this; half floats, averages over a smooth pixel
-BOX = 1 / 12  # variance of a pixel's own square: what any film does at least
-LAPLACIAN = np.array([[2, -1, 2], [-1, -4, -1], [2, -1, 2]]) / 3  # of the fitted quadratic
-POOL = 5  # pixels squared over which standard errors are pooled
 
 
 def observe_picture(
@@ -115,7 +112,7 @@ def _by_room(picture: Picture, room: Room, sensor: int, interreflected: bool) ->
     _some(picture, used)
     seen = dr.gather(mi.SurfaceInteraction3f, si, mi.UInt32(np.flatnonzero(used)))
     material = material_at(seen)
-    B, sigma = at_centres(picture.radiance, used, spread(pixels.sensor)), _pooled(picture, used)
+    B, sigma = at_centres(picture.radiance, used, spread(pixels.sensor)), pooled(picture, used)
     if B.shape[1] == 1 and material.channels == 3:
         raise ValueError(f"{picture.name}: is grey, but the surfaces of {room.path} have colours")
     if B.shape[1] == 3:
@@ -162,7 +159,7 @@ def _by_layers(picture: Picture, camera: ArrayLike | None, interreflected: bool)
         there &= slant > SMOOTH
     used = smooth(x, n, there)
     _some(picture, used)
-    B, sigma = at_centres(picture.radiance, used, BOX), _pooled(picture, used)
+    B, sigma = at_centres(picture.radiance, used, BOX), pooled(picture, used)
     a = albedo[used]
     a = a[:, : _channels(a, 1)]
     if B.shape[1] == 1 and a.shape[1] == 3:
@@ -179,60 +176,6 @@ def _by_layers(picture: Picture, camera: ArrayLike | None, interreflected: bool)
     )
 
 
-def smooth(
-    x: NDArray, n: NDArray, there: NDArray[np.bool_], shape: NDArray | None = None
-) -> NDArray[np.bool_]:
-    """(h, w) bool: the pixels whose eight neighbours lie on one smooth surface with them.
-
-    ``x``, ``n`` (h, w, 3) are positions and normals, ``there`` (h, w) where they count, and
-    ``shape`` (h, w) a number of what is seen. What is beyond the picture's border is no neighbour.
-    """
-    kept = there.copy()
-    height, width = there.shape
-    for down in (-1, 0, 1):
-        for right in (-1, 0, 1):
-            a = (_side(down, height), _side(right, width))
-            b = (_side(-down, height), _side(-right, width))
-            away = x[b] - x[a]
-            with np.errstate(invalid="ignore"):
-                bent = np.linalg.norm(n[b] - n[a], axis=2) >= 2 * SMOOTH
-                left = np.abs((away * n[a]).sum(axis=2)) > SMOOTH * np.linalg.norm(away, axis=2)
-            other = ~there[b] | bent | left
-            kept[a] &= ~(other if shape is None else other | (shape[b] != shape[a]))
-    return kept
-
-
-def at_centres(B: NDArray, used: NDArray[np.bool_], variance: float) -> NDArray[np.float64]:
-    """(n, c) radiance at the used pixels' centres, from (h, w, c) averages about them.
-
-    A filter of some variance, in pixels squared along each axis, adds half of that times the
-    Laplacian, which is that of a quadratic fitted to 3 x 3 pixels. Without it, the bright spot
-    beside a light is too dark, by more than the noise of a good picture.
-    """
-    around = np.pad(B, ((1, 1), (1, 1), (0, 0)), constant_values=np.nan)
-    height, width = used.shape
-    curvature = np.zeros_like(B)
-    for down in range(3):
-        for right in range(3):
-            part = around[down : down + height, right : right + width]
-            curvature += LAPLACIAN[down, right] * part
-    found = curvature[used]
-    return B[used] - variance / 2 * np.where(np.isfinite(found), found, 0)
-
-
-def spread(sensor: Any) -> float:
-    """The variance of the reconstruction filter of a sensor's film, pixels squared."""
-    radius = sensor.film().rfilter().radius()
-    x = np.linspace(-radius, radius, 257)
-    weight = np.array(sensor.film().rfilter().eval(mi.Float(x)), float)
-    return float((weight * x**2).sum() / weight.sum())
-
-
-def _side(step: int, length: int) -> slice:
-    """The rows that have a neighbour ``step`` rows on."""
-    return slice(max(-step, 0), length - max(step, 0))
-
-
 def _some(picture: Picture, used: NDArray[np.bool_]) -> None:
     if not used.any():
         raise ValueError(
@@ -244,22 +187,6 @@ def _some(picture: Picture, used: NDArray[np.bool_]) -> None:
 def _channels(colours: NDArray, least: int) -> int:
     """1 where (n, c) colours are grey and nothing else has more, else c."""
     return 1 if least == 1 and is_grey(colours) else colours.shape[1]
-
-
-def _pooled(picture: Picture, used: NDArray[np.bool_]) -> NDArray[np.float64] | None:
-    """(n, c) root mean square of the standard errors around each used pixel; None where unknown.
-
-    A pixel's own error is estimated from the samples that gave its value, and small where these
-    happened to be small: a fit would trust such pixels most.
-    """
-    if picture.sigma is None:
-        return None
-    known = picture.known[..., None]
-    square = np.where(known, picture.sigma, 0) ** 2
-    around = (POOL, POOL, 1)
-    total = uniform_filter(square, around, mode="constant")
-    count = uniform_filter(known.astype(float), around, mode="constant")
-    return np.sqrt(np.maximum(total[used], 0) / count[used])
 
 
 @dataclass(frozen=True)
