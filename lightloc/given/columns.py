@@ -97,8 +97,8 @@ class Columns:
         named = given.pop()
         if named and unit is not None and UNITS.get(unit, unit) != UNITS.get(named, named):
             raise ValueError(f"{self.table.path}: its unit of length is {named}, not {unit}")
-        word = named or unit
-        if word is None:
+        word = (named or unit or "").lower()
+        if not word:
             return UNKNOWN
         if word not in UNITS:
             raise ValueError(

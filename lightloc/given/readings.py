@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lightloc.brdf import BRDF, Irradiance, Lambert
+from lightloc.checks import array
 from lightloc.given.columns import METRES, UNKNOWN, Columns
 from lightloc.given.observations import Observations
 from lightloc.given.table import Table
@@ -213,16 +214,18 @@ def _diffuse(
             "the argument albedo"
         )
     share = 0.01 if columns.unit(where, (), percent=True) else 1.0
-    given = share * table.numbers(where) if where else np.asarray(albedo)
-    if where:
-        for k, column in enumerate(where):
-            bad = (given[:, k] < 0) | (given[:, k] > 1)
-            if bad.any():
-                raise table.refused(int(np.argmax(bad)), column, "is no albedo, from 0 to 1")
-    try:
-        return Lambert(albedo=given)
-    except ValueError as error:
-        raise ValueError(f"{table.path}: {error}") from None
+    if not where:
+        try:
+            value = np.asarray(albedo)
+            return Lambert(albedo=array("albedo", value, (None,) * value.ndim, 0.0, 1.0))
+        except ValueError as error:
+            raise ValueError(f"{table.path}: {error}") from None
+    given = share * table.numbers(where)
+    for k, column in enumerate(where):
+        bad = (given[:, k] < 0) | (given[:, k] > 1)
+        if bad.any():
+            raise table.refused(int(np.argmax(bad)), column, "is no albedo, from 0 to 1")
+    return Lambert(albedo=given)
 
 
 def _sigma(
