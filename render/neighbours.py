@@ -42,7 +42,7 @@ def smooth(
 
 
 def at_centres(B: NDArray, used: NDArray[np.bool_], variance: float) -> NDArray[np.float64]:
-    """(n, c) radiance at the used pixels' centres, from (h, w, c) averages about them.
+    """(n, c) values at the used pixels' centres, from (h, w, c) averages about them.
 
     A filter of some variance, in pixels squared along each axis, adds half of that times the
     Laplacian, which is that of a quadratic fitted to 3 x 3 pixels. Without it, the bright spot

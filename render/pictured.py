@@ -166,7 +166,7 @@ def _by_layers(picture: Picture, camera: ArrayLike | None, interreflected: bool)
         raise ValueError(f"{picture.name}: is grey, but its albedo has colours")
     c = _channels(B, a.shape[1])
     return Observations(
-        positions=x[used],
+        positions=at_centres(x, used, BOX),
         normals=n[used],
         directions=w[used],
         radiance=B[:, :c],

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import OpenImageIO as oiio
 import pytest
+from scipy.spatial import cKDTree
 
 import render
 from render.neighbours import BOX, at_centres, pooled, smooth, spread
@@ -233,10 +234,8 @@ def test_stacks(names, view, tmp_path):
     path = write(tmp_path / "a.exr", channels)
     q = render.observe_picture(path, camera=view.camera, transport="direct", unit="m")
     expected = render.observe_view(view)
-    there = (q.positions[:, None, 0] == expected.positions[:, 0]).any(axis=1)
-    assert there.all() and len(q) > 0.75 * len(expected)
-    rows = [int(np.argmax((expected.positions == x).all(axis=1))) for x in q.positions]
-    assert (expected.positions[rows] == q.positions).all()
+    far, rows = cKDTree(expected.positions).query(q.positions)
+    assert far.max() < 0.02 and len(q) > 0.75 * len(expected)  # a twelfth of perspective's bend
     assert ((expected.normals[rows] * q.normals).sum(axis=1) > 1 - 1e-6).all()
     np.testing.assert_allclose(q.material.albedo, expected.material.albedo[rows])
     assert (q.channels, q.unit, q.interreflected) == (1, "m", False)
