@@ -112,6 +112,8 @@ def localize(
     o = settings(method, options, surface, indirect)
     measured, used = looked_at(observations, geometry)
     seen = remove_known(measured, geometry, seed=seed)
+    if isinstance(o, Options) and seen.relative_sigma:
+        o = replace(o, noise="estimate")
     if isinstance(o, Options) and seen.sigma is None:
         seen, o = presumed(seen), replace(o, noise="estimate")
     region = Region.of(observations, geometry, bounds)

@@ -16,7 +16,7 @@ from lightloc import Lambert, Observations
 from lightloc.checks import array
 from render.camera import SMOOTH, Pixels, lamps, pinhole, purity, shape_index, towards
 from render.material import is_grey, material_at, regions_at
-from render.neighbours import BOX, at_centres, pooled, smooth, spread
+from render.neighbours import UNKNOWN, Filter, at_centres, noise_of, smooth
 from render.picture import Picture, read_picture
 from render.room import Room
 from render.transport import Transport, to_numpy
@@ -61,7 +61,8 @@ def observe_picture(
         Those of the pixels that show one smooth surface, as do their neighbours, so that no filter
         of the film brings in another; row by row. With a scene, in linear Rec. 709; without, in
         the picture's own colours, in which a renderer multiplies light by albedo. One channel where
-        picture and BRDFs are grey. ``sigma`` is None where the picture has no layer that says it.
+        picture and BRDFs are grey. ``sigma``, right but for a factor, is that of the picture's own
+        layer or else of how far each pixel is from its neighbours.
 
     Raises
     ------
@@ -81,8 +82,8 @@ def observe_picture(
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     write_exr(photograph(room, width=32, transport="direct"), f"{folder}/a.exr")
     ...     q = observe_picture(f"{folder}/a.exr", room, transport="direct")
-    >>> q.channels, q.sigma is None, q.interreflected
-    (1, False, False)
+    >>> q.channels, q.relative_sigma, q.interreflected
+    (1, True, False)
     """
     if transport not in ("direct", "full"):
         raise ValueError(f"observe_picture expects transport 'direct' or 'full'; got '{transport}'")
@@ -112,21 +113,22 @@ def _by_room(picture: Picture, room: Room, sensor: int, interreflected: bool) ->
     _some(picture, used)
     seen = dr.gather(mi.SurfaceInteraction3f, si, mi.UInt32(np.flatnonzero(used)))
     material = material_at(seen)
-    B, sigma = at_centres(picture.radiance, used, spread(pixels.sensor)), pooled(picture, used)
-    if B.shape[1] == 1 and material.channels == 3:
+    film, B, sigma = Filter.of(pixels.sensor), picture.radiance, picture.sigma
+    if B.shape[2] == 1 and material.channels == 3:
         raise ValueError(f"{picture.name}: is grey, but the surfaces of {room.path} have colours")
-    if B.shape[1] == 3:
+    if B.shape[2] == 3:
         B = B @ picture.to_rec_709.T
         sigma = None if sigma is None else np.sqrt(sigma**2 @ (picture.to_rec_709**2).T)
-    c = _channels(B, material.channels)
+    c = _channels(B[used], material.channels)
     regions, names = regions_at(seen)
     return Observations(
         positions=to_numpy(seen.p),
         normals=normal[used],
         facets=to_numpy(towards(seen.n, seen)),
         directions=to_numpy(seen.to_world(seen.wi)),
-        radiance=B[:, :c],
-        sigma=None if sigma is None else sigma[:, :c],
+        radiance=at_centres(B, used, film)[:, :c],
+        sigma=noise_of(B, used, film, sigma)[:, :c],
+        relative_sigma=True,
         material=material,
         interreflected=interreflected,
         regions=regions,
@@ -159,18 +161,18 @@ def _by_layers(picture: Picture, camera: ArrayLike | None, interreflected: bool)
         there &= slant > SMOOTH
     used = smooth(x, n, there)
     _some(picture, used)
-    B, sigma = at_centres(picture.radiance, used, BOX), pooled(picture, used)
-    a = albedo[used]
+    B, a = picture.radiance, albedo[used]
     a = a[:, : _channels(a, 1)]
-    if B.shape[1] == 1 and a.shape[1] == 3:
+    if B.shape[2] == 1 and a.shape[1] == 3:
         raise ValueError(f"{picture.name}: is grey, but its albedo has colours")
-    c = _channels(B, a.shape[1])
+    c = _channels(B[used], a.shape[1])
     return Observations(
-        positions=at_centres(x, used, BOX),
+        positions=at_centres(x, used, UNKNOWN),
         normals=n[used],
         directions=w[used],
-        radiance=B[:, :c],
-        sigma=None if sigma is None else sigma[:, :c],
+        radiance=at_centres(B, used, UNKNOWN)[:, :c],
+        sigma=noise_of(B, used, UNKNOWN, picture.sigma)[:, :c],
+        relative_sigma=True,
         material=Lambert(albedo=a),
         interreflected=interreflected,
     )

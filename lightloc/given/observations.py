@@ -63,6 +63,9 @@ class Observations:
         are not. `localize` adds the error of the rounding to ``sigma``.
     unit : str
         The unit of length, a word for prints and files: no result depends on it.
+    relative_sigma : bool
+        Whether ``sigma`` is right but for one factor, which `localize` then estimates, as with
+        ``Options(noise="estimate")``.
     intensity_unit : str
         The unit of intensities, a word too: "cd" where ``radiance`` is luminance or illuminance.
         Where empty, it is that of ``radiance`` times the square of ``unit``.
@@ -103,6 +106,7 @@ class Observations:
     saturated: NDArray[np.bool_]
     step: float
     unit: str
+    relative_sigma: bool
     intensity_unit: str
 
     def __init__(
@@ -121,6 +125,7 @@ class Observations:
         saturated: ArrayLike | None = None,
         step: float = 0.0,
         unit: str = "m",
+        relative_sigma: bool = False,
         intensity_unit: str = "",
     ) -> None:
         x = array("Observations.positions", positions, (None, 3))
@@ -167,6 +172,9 @@ class Observations:
         put(self, "saturated", clipped)
         put(self, "step", float(array("Observations.step", step, (), least=0.0)))
         put(self, "unit", unit_word("Observations.unit", unit))
+        if not isinstance(relative_sigma, bool | np.bool_):
+            raise ValueError(f"Observations.relative_sigma is {relative_sigma!r}; expected a bool")
+        put(self, "relative_sigma", bool(relative_sigma))
         if not isinstance(intensity_unit, str) or not intensity_unit.isprintable():
             raise ValueError("Observations.intensity_unit is no word; expected one, as 'cd'")
         put(self, "intensity_unit", intensity_unit)
@@ -309,8 +317,8 @@ class Observations:
         - ``interreflected``, bool;
         - ``material``, the name of its type, and each parameter as ``material.NAME``; of a
           `Mixed`, ``material.index`` and the parts as ``material.0``, ``material.1`` and so on;
-        - ``facets``, ``regions``, ``region_names``, ``saturated``, ``step``, ``unit`` and
-          ``intensity_unit``, which a file need not have.
+        - ``facets``, ``regions``, ``region_names``, ``saturated``, ``step``, ``unit``,
+          ``relative_sigma`` and ``intensity_unit``, which a file need not have.
 
         Examples
         --------
@@ -378,11 +386,12 @@ class Observations:
 
 STORED = (
     *("positions", "normals", "directions", "radiance", "sigma", "facets", "interreflected"),
-    *("regions", "region_names", "saturated", "step", "unit", "intensity_unit"),
+    *("regions", "region_names", "saturated", "step", "unit"),
+    *("relative_sigma", "intensity_unit"),
 )
 """Fields that a file holds beside the material."""
 
-WORDS = ("step", "unit", "intensity_unit")
+WORDS = ("step", "unit", "relative_sigma", "intensity_unit")
 """Those that are no arrays."""
 
 NEEDED = ("positions", "normals", "directions", "radiance", "sigma", "interreflected")
