@@ -60,6 +60,7 @@ def camera(width: int, height: int):
     assert own == "BoxFilter"
     look = mi.ScalarTransform4f().look_at([0.4, 0.35, 1.6], [3, 2.4, 1.2], [0, 0, 1])
     film = {"type": "hdrfilm", "width": width, "height": height, "rfilter": {"type": "box"}}
+    film["component_format"] = "float32"
     sampler = {"type": "multijitter", "sample_count": 64}
     parts = {"fov": 90.0, "to_world": look, "film": film, "sampler": sampler}
     return mi.load_dict({"type": "perspective", **parts})
