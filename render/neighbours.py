@@ -29,13 +29,10 @@ class Filter:
         Of its weights, pixels squared.
     alike
         (3,) correlation of the noise of pixels that are 0, 1 and 2 apart.
-    doubt
-        How uncertain that is as a share of what `at_centres` adds: higher orders, at least.
     """
 
     variance: float
     alike: tuple[float, float, float]
-    doubt: float = 0.1
 
     @staticmethod
     def of(sensor: Any) -> Filter:
@@ -55,7 +52,7 @@ class Filter:
         return float((kernel * (alike @ kernel @ alike)).sum())
 
 
-UNKNOWN = Filter(1 / 12, (1.0, 0.0, 0.0), doubt=1.0)
+BOX = Filter(1 / 12, (1.0, 0.0, 0.0))
 """A pixel's own square: what any film averages over at least."""
 
 
@@ -115,7 +112,7 @@ def noise_of(
     share = film.kept(centre - film.variance / 2 * LAPLACIAN)
     value = np.abs(B[used])
     floor = FLOOR * (value + value.mean())
-    added = film.doubt * (at_centres(B, used, film) - B[used])
+    added = at_centres(B, used, film) - B[used]  # as large as the orders that it leaves out
     return np.sqrt(np.maximum(pooled, 0) * share + floor**2 + added**2)
 
 

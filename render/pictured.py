@@ -16,7 +16,7 @@ from lightloc import Lambert, Observations
 from lightloc.checks import array
 from render.camera import SMOOTH, Pixels, lamps, pinhole, purity, shape_index, towards
 from render.material import is_grey, material_at, regions_at
-from render.neighbours import UNKNOWN, Filter, at_centres, noise_of, smooth
+from render.neighbours import BOX, Filter, at_centres, noise_of, smooth
 from render.picture import Picture, read_picture
 from render.room import Room
 from render.transport import Transport, to_numpy
@@ -167,11 +167,11 @@ def _by_layers(picture: Picture, camera: ArrayLike | None, interreflected: bool)
         raise ValueError(f"{picture.name}: is grey, but its albedo has colours")
     c = _channels(B[used], a.shape[1])
     return Observations(
-        positions=at_centres(x, used, UNKNOWN),
+        positions=at_centres(x, used, BOX),
         normals=n[used],
         directions=w[used],
-        radiance=at_centres(B, used, UNKNOWN)[:, :c],
-        sigma=noise_of(B, used, UNKNOWN, picture.sigma)[:, :c],
+        radiance=at_centres(B, used, BOX)[:, :c],
+        sigma=noise_of(B, used, BOX, picture.sigma)[:, :c],
         relative_sigma=True,
         material=Lambert(albedo=a),
         interreflected=interreflected,
