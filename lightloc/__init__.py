@@ -13,7 +13,7 @@ from lightloc.answer import (
     Verdict,
     Way,
 )
-from lightloc.brdf import BRDF, Conductor, Irradiance, Lambert, Mixed, Plastic
+from lightloc.brdf import BRDF, Conductor, FromNumPy, Irradiance, Lambert, Mixed, Plastic, Sum
 from lightloc.fields import Grid, intensity, intensity_distance
 from lightloc.fit import Bound, cramer_rao
 from lightloc.given import (
@@ -40,6 +40,8 @@ __all__ = [  # in pipeline order
     "Conductor",
     "Plastic",
     "Mixed",
+    "Sum",
+    "FromNumPy",
     "Irradiance",
     "BRDF",
     "Observations",

@@ -2,16 +2,21 @@
 
 Dr.Jit aborts the whole process with libLLVM 15 and 16 and cannot start with 14, so
 ``DRJIT_LIBLLVM_PATH`` is pointed at the library of the wheel that we depend on *before*
-drjit is first imported. A value that the user has set wins.
+drjit is first imported. A value that the user has set wins, for ``DRJIT_CACHE_DIR`` too, which is
+pointed at a temporary folder where the home can't keep Dr.Jit's compiled kernels.
 """
 
 from __future__ import annotations
 
+import atexit
 import importlib.metadata
 import os
+import shutil
 import sys
+import tempfile
+import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from functools import cache
 from pathlib import Path
@@ -23,6 +28,7 @@ from threadpoolctl import ThreadpoolController
 
 OLDEST_LLVM = 17  # the first that selects fminimum / fmaximum on x86_64 (measured)
 LLVM_WHEEL = "karellen-llvm-core"
+KERNELS = 2**25  # bytes, of a few hundred kernels
 
 
 def bundled_llvm() -> Path | None:
@@ -50,7 +56,28 @@ def _point_to_llvm() -> None:
         os.environ["DRJIT_LIBLLVM_PATH"] = str(library)
 
 
+def _keep_kernels() -> None:
+    """Let Dr.Jit keep its kernels for as long as this process lives, where no home takes them.
+
+    Else it says so, in a line of its own for each process, or for each kernel where a disk is full.
+    """
+    home = os.environ.get("HOME")
+    if "DRJIT_CACHE_DIR" in os.environ or (home and _has_room(Path(home, ".drjit"))):
+        return
+    with suppress(OSError):  # where nothing takes them, it shall say so
+        folder = tempfile.mkdtemp(prefix="lightloc-")
+        os.environ["DRJIT_CACHE_DIR"] = folder
+        atexit.register(shutil.rmtree, folder, ignore_errors=True)
+
+
+def _has_room(folder: Path) -> bool:
+    while not folder.exists():
+        folder = folder.parent
+    return os.access(folder, os.W_OK) and shutil.disk_usage(folder).free > KERNELS
+
+
 _point_to_llvm()
+_keep_kernels()
 
 import drjit as dr  # noqa: E402  (after the library is chosen)
 
@@ -127,8 +154,28 @@ def one_blas_thread() -> Iterator[None]:
     others hold: 48 products of 1024 x 44 took 0.03 s on an idle machine and 6.8 s beside two busy
     processes.
     """
-    with _blas().limit(limits=1, user_api="blas"):
+    with _SEARCHES.turn:
+        if not _SEARCHES.running:
+            _SEARCHES.limit = _blas().limit(limits=1, user_api="blas")
+        _SEARCHES.running += 1
+    try:
         yield
+    finally:
+        with _SEARCHES.turn:
+            _SEARCHES.running -= 1
+            if not _SEARCHES.running:
+                _SEARCHES.limit.restore_original_limits()
+
+
+class _Searches:
+    """How many threads search: the first limits BLAS, the last lets it go."""
+
+    turn = threading.Lock()
+    running = 0
+    limit: Any = None
+
+
+_SEARCHES = _Searches()
 
 
 @cache

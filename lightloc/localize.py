@@ -9,16 +9,24 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lightloc.answer import Assumption, Localization, Step, Way, among
+from lightloc.answer import Assumption, Localization, Step, Way, among, with_unknowns
 from lightloc.backend import one_blas_thread
-from lightloc.fit import Criterion, Fit, Problem, is_exact, presumed, working_sigma
+from lightloc.fit import Criterion, Fit, Problem, is_exact, presumed, without_black, working_sigma
 from lightloc.given import Geometry, Observations, Options, PointLights, remove_known
-from lightloc.interreflection import Indirect, remove_indirect, rendering, rounds
+from lightloc.interreflection import (
+    Indirect,
+    less_background,
+    remove_indirect,
+    rendering,
+    rounds,
+)
 from lightloc.paper import Paper, Surface, published
 from lightloc.search import (
     Ground,
     Ladder,
     Region,
+    best_one,
+    bordered,
     climbed,
     concluded,
     emptied,
@@ -68,7 +76,7 @@ def localize(
         or a function as `render.interreflected` gives it. What is rendered is subtracted and the
         search repeated, until the lights no longer move; that works for any BRDF. Where None,
         interreflected light is gathered from the observations alone, as by `remove_indirect`; that
-        works where the room is largely diffuse.
+        works where the room is largely diffuse, and not for irradiance.
     seed : int
         Seed of the sample of observations, of the gathering rays and of the rendered paths; same
         seed, same result.
@@ -87,7 +95,7 @@ def localize(
         another shape, is not finite, or its upper corner is below its lower; if "paper" is given
         RGB radiance or an unknown sigma; if all observations are saturated; or if interreflected
         light is to be removed and there is no geometry, the geometry can't render as ``indirect``
-        asks, or the observations are irradiance.
+        asks, or the observations are irradiance and there is no ``indirect``.
 
     Notes
     -----
@@ -111,7 +119,8 @@ def localize(
     """
     o = settings(method, options, surface, indirect)
     measured, used = looked_at(observations, geometry)
-    seen = remove_known(measured, geometry, seed=seed)
+    rest = remove_known(measured, geometry, seed=seed)
+    seen = without_black(rest)
     if isinstance(o, Options) and seen.relative_sigma:
         o = replace(o, noise="estimate")
     if isinstance(o, Options) and seen.sigma is None:
@@ -119,7 +128,9 @@ def localize(
     region = Region.of(observations, geometry, bounds)
     direct, way, columns = seen, Way.DIRECT, None
     if seen.interreflected:
-        direct, way = without_indirect(seen, geometry, seed), Way.GATHERED
+        meters = seen.quantity == "irradiance" and indirect is not None
+        direct = less_background(seen) if meters else without_indirect(seen, geometry, seed)
+        way = Way.GATHERED
         if indirect is not None:
             columns, way = rendering(indirect, geometry, seen, used, seed), Way.RENDERED
         elif not used.all():
@@ -129,8 +140,9 @@ def localize(
             )
 
     def answered(found: Localization) -> Localization:
-        known = () if seen is measured else (Assumption.KNOWN_LIGHT,)
-        return replace(among(found, used), way=way, assumed=(*found.assumed, *known))
+        known = () if rest is measured else (Assumption.KNOWN_LIGHT,)
+        told = among(with_unknowns(found), used)
+        return replace(told, way=way, assumed=(*told.assumed, *known))
 
     if isinstance(o, Paper):
         if surface is not None and not used.all():
@@ -150,8 +162,9 @@ def localize(
         return by_rounds(seen, direct, ground, o, columns, watch)
 
     with one_blas_thread():
-        found = widened(look, region, seen, geometry, may=bounds is None)
-    return answered(found)
+        region, found = widened(look, region, seen, geometry, may=bounds is None)
+        found = best_one(found, direct, geometry, region.bounds, o, seed)
+    return answered(bordered(found, region))
 
 
 def settings(

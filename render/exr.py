@@ -83,12 +83,13 @@ def write_exr(view: View, path: str | Path) -> None:
     spec.attribute("DateTime", NO_DATE)
     try:
         with whole(path) as part:
-            file = oiio.ImageOutput.create(str(part))
+            file = oiio.ImageOutput.create("exr")
             if file is None:
                 raise ValueError(f"{path}: can't be written ({one_line(oiio.geterror())})")
             done = file.open(str(part), spec) and file.write_image(pixels)
             if not (file.close() and done):
-                raise ValueError(f"{path}: can't be written ({one_line(file.geterror())})")
+                said = one_line(file.geterror().replace(str(part), path.name))
+                raise ValueError(f"{path}: can't be written ({said})")
     except OSError as error:
         raise ValueError(f"{path}: can't be written ({error.strerror})") from None
 

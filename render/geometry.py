@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from lightloc import Observations, PointLights
 from lightloc.checks import array, number
+from render.alone import alone
 from render.material import children, is_grey
-from render.transport import Transport, bounds_of, indirect, known_light, probe
+from render.transport import Transport, bounds_of, indirect, irradiance, known_light, probe
 
 SHADOW_EPSILON = 8.9e-4  # share of a shadow ray left out at its far end, as in Mitsuba
 
@@ -54,6 +55,7 @@ class SceneGeometry:
         """(2, 3) corners of the surfaces' bounding box, in the unit of length."""
         return bounds_of(self.scene)
 
+    @alone
     def visible(self, x: Any, p: Any, active: Any = True) -> Any:
         """As of `lightloc.Geometry`; the last 0.09 % before p do not count, as in Mitsuba."""
         d = mi.Vector3f(p - x)
@@ -61,55 +63,64 @@ class SceneGeometry:
         ray = mi.Ray3f(mi.Point3f(x), d / distance, distance * (1 - SHADOW_EPSILON), 0, [])
         return ~self.scene.ray_test(ray, mi.Mask(active)) & active
 
+    @alone
     def intersect(self, x: Any, d: Any, active: Any = True) -> tuple[Any, Any]:
         """As of `lightloc.Geometry`; y is x where the ray meets nothing."""
         ray = mi.Ray3f(mi.Point3f(x), mi.Vector3f(d))
         hit = self.scene.ray_intersect_preliminary(ray, coherent=False, active=mi.Mask(active))
         return hit.is_valid() & active, ray(dr.select(hit.is_valid(), hit.t, 0))
 
+    @alone
     def known_light(
         self, observations: Observations, samples: int = 256, seed: int = 0
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """As of `lightloc.OtherwiseLit`: rendered by Mitsuba; zero where there is none.
 
-        Raises ValueError where there are fewer than two samples, or the observations are irradiance
-        or have one channel where the light has colours.
+        Raises ValueError where there are fewer than two samples, or the observations have one
+        channel where the light has colours.
         """
         q = observations
         number("samples of known light", samples, 2, whole=True)
         if self.known is None:
             none = np.zeros((len(q), q.channels))
             return none, none
-        if q.quantity == "irradiance":
-            raise ValueError("known irradiance can't be rendered, only radiance")
         own = int(np.random.SeedSequence([STREAM, seed]).generate_state(1)[0])
-        transport: Transport = "full" if q.interreflected else "direct"
-        B, error = known_light(self.known, q.positions, q.directions, samples, own, transport)
+        x = q.positions
+        if q.quantity == "irradiance":
+            both = {"straight": True, "bounced": q.interreflected}
+            B, error = irradiance(self.known, x, q.normals, samples, own, **both)
+        else:
+            transport: Transport = "full" if q.interreflected else "direct"
+            B, error = known_light(self.known, x, q.directions, samples, own, transport)
         if q.channels < 3 and not is_grey(B):
             raise ValueError(
                 "the scene's known light has colours; expected observations with 3 channels"
             )
         return B[:, : q.channels], error[:, : q.channels]
 
+    @alone
     def interreflection(
         self, positions: ArrayLike, observations: Observations, samples: int = 256, seed: int = 0
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """As of `lightloc.Interreflecting`: paths that Mitsuba traces, so that any BSDF serves.
 
         The errors are independent of those of the observations. Raises ValueError where there are
-        fewer than two samples, the observations are irradiance, or a position is not finite.
+        fewer than two samples, or a position is not finite.
         """
         q = observations
         number("samples of interreflected light", samples, 2, whole=True)
-        if q.quantity == "irradiance":
-            raise ValueError("interreflected irradiance can't be rendered, only radiance")
         places = array("positions", positions, (None, 3))
-        si = probe(self.scene, q.positions, q.directions)
+        meters = q.quantity == "irradiance"
+        si = None if meters else probe(self.scene, q.positions, q.directions)
         H, error = np.zeros((2, len(q), len(places), q.channels))
         for i, p in enumerate(places):
             alone = lit(self.scene, PointLights(p[None], [1.0]))
             own = int(np.random.SeedSequence([STREAM, seed, i]).generate_state(1)[0])
-            mean, spread = indirect(alone, si, samples, own)
+            if meters:
+                bounced = {"straight": False, "bounced": True}
+                mean, spread = irradiance(alone, q.positions, q.normals, samples, own, **bounced)
+            else:
+                mean, spread = indirect(alone, si, samples, own)
             H[:, i], error[:, i] = mean[:, : q.channels], spread[:, : q.channels]
         return H, error
 

@@ -38,8 +38,7 @@ def interreflected(
     -------
     callable
         From (k, 3) positions, in the unit of length, to H and its standard error, each an (n, k, c)
-        array, as of `lightloc.Interreflecting.interreflection`. Where the observations are
-        irradiance, it raises a ValueError.
+        array, as of `lightloc.Interreflecting.interreflection`.
 
     Raises
     ------

@@ -14,6 +14,7 @@ from lightloc.brdf import SceneMaterial
 from render.material import is_grey, material_at, regions_at
 from render.room import Room
 from render.sampling import viewed_points
+from render.sides import lit_from_behind
 from render.transport import Transport, direct, indirect, known_light, probe, to_numpy
 
 
@@ -83,6 +84,11 @@ def observe(
     si = probe(room.scene, x, w)
     B, sigma = _measured(room, si, x, w, spp, seed, transport, watch)
     q = observations(si, B, sigma, room, interreflected=transport == "full")
+    if not B.any() and lit_from_behind(room, x, q.facets, np.random.default_rng(seed)):
+        raise ValueError(
+            f"{room.path}: light falls on surfaces from behind, where it reflects nothing, and "
+            "nowhere else; turn their normals, or give them a twosided BSDF"
+        )
     return add_noise(q, noise, seed) if noise else q
 
 

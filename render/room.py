@@ -200,7 +200,8 @@ def relight(room: Room, lights: PointLights) -> Room:
     room : Room
         The room; it is left as it is.
     lights : PointLights
-        The new lights: positions in the scene's unit of length, intensities in W/sr.
+        The new lights: positions in the scene's unit of length, intensities in W/sr. One that is
+        unknown (NaN) is taken as 0: in the room where it was looked for, nothing shows it.
 
     Returns
     -------
@@ -215,6 +216,7 @@ def relight(room: Room, lights: PointLights) -> Room:
     >>> relight(load("box_one"), PointLights([[1, 1, 2]], [5.0])).lights.intensities.tolist()
     [[5.0]]
     """
+    lights = PointLights(lights.positions, np.nan_to_num(lights.intensities))
     scene = lit(room.scene, lights)
     return replace(room, scene=scene, lights=lights, geometry=SceneGeometry(scene, room.known))
 
@@ -285,6 +287,8 @@ def _lights(scene: Any) -> PointLights:
         colour = next(key for key in values.keys() if key.startswith("intensity"))  # noqa: SIM118
         positions.append(np.array(values["position"], float).ravel())
         intensities.append(np.broadcast_to(np.array(values[colour], float).ravel(), 3))
+    if np.isnan(intensities).any():
+        raise ValueError("an intensity is no number; expected one of at least 0")
     lights = PointLights(np.array(positions), np.array(intensities))
     colours = lights.intensities
     grey = np.ptp(colours, axis=1).max() <= GREY * colours.max()

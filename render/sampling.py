@@ -16,6 +16,7 @@ from render.surfaces import area_of, left_out, two_sided
 from render.transport import PROBE_SHARE, to_numpy
 
 CLEARANCE = 0.02  # the viewer stands at least this share of the diagonal away
+ALIKE = 0.999  # cosine between the normals of one point, found twice
 ROUNDS = 64  # attempts at placing points before a scene counts as unobservable
 
 
@@ -35,36 +36,56 @@ def viewed_points(
         strata = (rng.permutation(want) + rng.random(want)) / want
         which = np.searchsorted(np.cumsum(areas) / areas.sum(), strata).clip(0, len(chosen) - 1)
         uv, disc = rng.random((2, want)), rng.random((2, want))
-        for s, shape in enumerate(chosen):
-            mine = which == s
-            if mine.any():
-                x, w = _seen(room, shape, uv[:, mine], disc[:, mine], sides)
-                points, views = np.concatenate([points, x]), np.concatenate([views, w])
+        order = np.argsort(which, kind="stable")
+        x, n, both = _placed([chosen[s] for s in np.unique(which)], which[order], uv[:, order])
+        seen, w = _seen(room, x, n, both, disc[:, order], sides)
+        points, views = np.concatenate([points, x[seen]]), np.concatenate([views, w[seen]])
         if len(points) >= count:
             keep = np.sort(rng.permutation(len(points))[:count])
             return points[keep], views[keep]
     raise ValueError(f"{room.path}: no viewpoint sees enough of the chosen shapes")
 
 
-def _seen(
-    room: Room, shape: Any, uv: NDArray, disc: NDArray, rng: np.random.Generator
-) -> tuple[NDArray, NDArray]:
-    """Of sampled points of one shape, those with a cosine-distributed view that is free.
+def _placed(
+    shapes: Sequence[Any], which: NDArray[np.intp], uv: NDArray
+) -> tuple[NDArray, NDArray, NDArray[np.bool_]]:
+    """m points on shapes, their normals, and whether both sides reflect there.
 
-    They are sampled by ``uv`` and their views by ``disc``, each (2, m) in 0..1; ``rng`` is for the
-    choice of a side.
+    ``which`` (m,) are the shapes' numbers in rising order, and ``uv`` (2, m) in 0..1 the places.
     """
-    on = shape.sample_position(0, mi.Point2f(uv))
-    both = two_sided(shape.bsdf().flags())
-    side = side_of(room, on, rng) if both else mi.Vector3f(on.n)
+    x, n, both = np.zeros((len(which), 3)), np.zeros((len(which), 3)), np.zeros(len(which), bool)
+    for shape, number in zip(shapes, np.unique(which), strict=True):
+        mine = which == number
+        on = shape.sample_position(0, mi.Point2f(uv[:, mine]))
+        x[mine], n[mine] = to_numpy(on.p), to_numpy(on.n)
+        both[mine] = two_sided(shape.bsdf().flags())
+    return x, n, both
+
+
+def _seen(
+    room: Room,
+    x: NDArray,
+    n: NDArray,
+    both: NDArray[np.bool_],
+    disc: NDArray,
+    rng: np.random.Generator,
+) -> tuple[NDArray[np.bool_], NDArray]:
+    """Whether m points are seen along a cosine-distributed view, (m,), and that view, (m, 3).
+
+    It is sampled by ``disc``, (2, m) in 0..1, on the front, or on a side that ``rng`` helps to
+    choose where ``both`` reflect.
+    """
+    p, normal, either = mi.Point3f(x.T), mi.Vector3f(n.T), mi.Mask(both)
+    side = dr.select(either, side_of(room, p, normal, rng), normal) if both.any() else normal
     w = mi.Frame3f(side).to_world(mi.warp.square_to_cosine_hemisphere(mi.Point2f(disc)))
-    start = on.p + w * (PROBE_SHARE * room.diagonal)
+    start = p + w * (PROBE_SHARE * room.diagonal)
     free = ~room.scene.ray_test(mi.Ray3f(start, w, CLEARANCE * room.diagonal, 0, []))
     back = room.scene.ray_intersect(mi.Ray3f(start, -w))
-    same = dr.norm(back.p - on.p) < 0.1 * PROBE_SHARE * room.diagonal
-    front = (dr.dot(back.sh_frame.n, w) > 0) | both
-    good = np.array(free & back.is_valid() & same & front)
-    return to_numpy(on.p)[good], to_numpy(w)[good]
+    same = dr.norm(back.p - p) < 0.1 * PROBE_SHARE * room.diagonal
+    # beside an edge, the ray may come through the other surface
+    alike, front = dr.abs(dr.dot(back.n, normal)) > ALIKE, dr.dot(back.sh_frame.n, w) > 0
+    good = free & back.is_valid() & same & dr.select(either, alike, front)
+    return np.array(good), to_numpy(w)
 
 
 def _choose(room: Room, shapes: Sequence[str] | None) -> tuple[list[Any], NDArray[np.float64]]:

@@ -7,6 +7,7 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 import numpy as np
+from numpy.typing import NDArray
 
 from render.room import Room
 from render.transport import PROBE_SHARE
@@ -14,19 +15,24 @@ from render.transport import PROBE_SHARE
 BOUNCES = 4  # rays from each side that look for a lit surface
 
 
-def side_of(room: Room, on: Any, rng: np.random.Generator) -> Any:
-    """The normals at m surface points on the side to look at.
+def side_of(room: Room, p: Any, n: Any, rng: np.random.Generator) -> Any:
+    """The normals at m points p, whose normals are n, on the side to look at.
 
     That is the one that light reaches, straight or by way of one surface, or that a camera of the
     scene sees; either where both are such. Where none is, it is the one that faces the room.
     """
-    n = mi.Vector3f(on.n)
-    ahead, behind = _is_seen(room, on.p, n, rng), _is_seen(room, on.p, -n, rng)
+    ahead, behind = _is_seen(room, p, n, rng), _is_seen(room, p, -n, rng)
     reach = PROBE_SHARE * room.diagonal
-    free = [~room.scene.ray_test(mi.Ray3f(on.p + s * reach, s)) for s in (n, -n)]
-    coin = mi.Mask(rng.random(dr.width(on.p)) < 0.5)
+    free = [~room.scene.ray_test(mi.Ray3f(p + s * reach, s)) for s in (n, -n)]
+    coin = mi.Mask(rng.random(dr.width(p)) < 0.5)
     back = dr.select(ahead == behind, dr.select(ahead, coin, free[0] & ~free[1]), behind)
     return dr.select(back, -n, n)
+
+
+def lit_from_behind(room: Room, x: NDArray, n: NDArray, rng: np.random.Generator) -> bool:
+    """Whether light reaches the backs of some of m points x, whose normals n are on the front."""
+    p, back = mi.Point3f(x.T), mi.Vector3f(-n.T)
+    return bool(dr.any(_is_lit(room, _there(room, p, back), back, rng)))
 
 
 def _is_seen(room: Room, p: Any, side: Any, rng: np.random.Generator) -> Any:

@@ -85,7 +85,8 @@ def indirect(
         radiance, valid, _ = path.sample(scene, sampler, ray, active=dr.any(weight > 0))
         return weight * dr.select(valid, radiance, 0)
 
-    return _averaged(scene, si, sample, spp, seed, watch)
+    mean, error = _averaged(si, sample, spp, seed, watch)
+    return mean, _pooled(error, si, diagonal_of(scene))
 
 
 def known_light(
@@ -120,11 +121,42 @@ def known_light(
         radiance, valid, _ = path.sample(scene, sampler, ray)
         return dr.select(valid, radiance, 0)
 
-    return _averaged(scene, si, sample, spp, own, watch)
+    mean, error = _averaged(si, sample, spp, own, watch)
+    return mean, _pooled(error, si, diagonal_of(scene))
+
+
+def irradiance(
+    scene: Any, x: NDArray, n: NDArray, spp: int, seed: int, *, straight: bool, bounced: bool
+) -> tuple[NDArray, NDArray]:
+    """Irradiance by a scene's emitters at points x facing n, and its standard error.
+
+    Each is (n, 3), W m^-2. It is of light that arrives straight from emitters, or by way of
+    surfaces, or both. The points need not lie on surfaces.
+    """
+    meters = dr.zeros(mi.SurfaceInteraction3f, len(x))
+    meters.p, meters.n = mi.Point3f(x.T), mi.Normal3f(n.T)
+    path = mi.load_dict({"type": "path", "max_depth": -1, "rr_depth": 8})
+
+    def sample(here: Any, sampler: Any) -> Any:
+        total = mi.Color3f(0)
+        for emitter in scene.emitters() if straight else ():
+            to, incident = emitter.sample_direction(here, sampler.next_2d())
+            lit = ~scene.ray_test(here.spawn_ray_to(to.p))
+            total += dr.select(lit, incident * dr.maximum(dr.dot(here.n, to.d), 0), 0)
+        if bounced:
+            d = mi.warp.square_to_cosine_hemisphere(sampler.next_2d())
+            ray = here.spawn_ray(mi.Frame3f(here.n).to_world(d))
+            radiance, valid, _ = path.sample(scene, sampler, ray)
+            first = scene.ray_intersect(ray)
+            emitted = first.emitter(scene).eval(first)  # light that arrives straight
+            total += dr.pi * dr.select(valid, radiance - emitted, 0)
+        return total
+
+    mean, error = _averaged(meters, sample, spp, seed, lambda share: None)
+    return mean, _shared(error, x, FACING * diagonal_of(scene) * n)
 
 
 def _averaged(
-    scene: Any,
     si: Any,
     sample: Callable[[Any, Any], Any],
     spp: int,
@@ -150,7 +182,7 @@ def _averaged(
         mean[first : first + count] = m
         error[first : first + count] = np.sqrt(np.maximum(m2 - m * m, 0) / (spp - 1))
         watch((first + count) / n)
-    return mean, _pooled(error, si, diagonal_of(scene))
+    return mean, error
 
 
 def _pooled(error: NDArray, si: Any, diagonal: float) -> NDArray[np.float64]:
@@ -169,10 +201,15 @@ def _pooled(error: NDArray, si: Any, diagonal: float) -> NDArray[np.float64]:
     plain = mi.has_flag(kind, flags.DiffuseReflection) & ~lobed
     albedo = np.maximum(to_numpy(dr.select(plain, bsdf.eval_diffuse_reflectance(si), 1)), DARKEST)
     share = error / albedo
-    place = [to_numpy(si.p), FACING * diagonal * to_numpy(si.sh_frame.n), diagonal * which[:, None]]
-    features = np.concatenate(place, axis=1)
-    _, near = cKDTree(features).query(features, k=min(POOL, len(error)))
-    return albedo * np.sqrt(np.square(share[near.reshape(len(error), -1)]).mean(axis=1))
+    n, kind_of = FACING * diagonal * to_numpy(si.sh_frame.n), diagonal * which[:, None]
+    return albedo * _shared(share, to_numpy(si.p), n, kind_of)
+
+
+def _shared(error: NDArray, *features: NDArray) -> NDArray[np.float64]:
+    """(n, c) root mean square of the standard errors over the `POOL` points nearest in features."""
+    place = np.concatenate(features, axis=1)
+    _, near = cKDTree(place).query(place, k=min(POOL, len(error)))
+    return np.sqrt(np.square(error[near.reshape(len(error), -1)]).mean(axis=1))
 
 
 def to_numpy(v: Any) -> NDArray[np.float64]:

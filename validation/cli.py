@@ -14,9 +14,10 @@ import typer
 
 from validation.commands.figures import figures_command
 from validation.commands.localize import localize_command
-from validation.commands.outputs import FIND, SEED, SET, UNIT, parameters, sentence, writable
+from validation.commands.outputs import FIND, SEED, SET, UNIT, parameters, say, sentence, writable
 from validation.commands.paired import paired_command
 from validation.commands.running import stoppable
+from validation.commands.streams import cut_off, prepare
 from validation.commands.study import study_command
 from validation.jobs import ready
 
@@ -108,9 +109,11 @@ def render_command(
             room.lights.save(ready(lights))
         if view and picture:
             render.write_exr(picture, ready(view))
-    print(f"{out}: {len(seen)} observations of {room.name}, {seen.channels} channel(s)")
+    said = f"{out}: {len(seen)} observations of {room.name}, {seen.channels} channel(s)"
     if room.unobserved:
-        print("not observed:", "; ".join(f"{name} {why}" for name, why in room.unobserved.items()))
+        left = "; ".join(f"{name} {why}" for name, why in room.unobserved.items())
+        said += f"\nnot observed: {left}"
+    say(said, out, view, lights)
 
 
 app.command("localize")(localize_command)
@@ -233,9 +236,18 @@ def doctor_command() -> None:
 
 def main() -> None:
     """Entry point: one plain sentence and exit code 2 for bad input."""
+    output = prepare()
+    os.environ["PYTHONSAFEPATH"] = "1"  # no child imports what lies in the user's folder
     try:
-        sys.exit(app(sys.argv[1:] or ["--help"], standalone_mode=False))
+        code = app(sys.argv[1:] or ["--help"], standalone_mode=False)
+        sys.stdout.flush()
+    except SystemExit:
+        if sys.stdout is not output:  # typer puts another there where it was cut off
+            sys.exit(cut_off())
+        raise
     except Exception as error:
+        if isinstance(error, BrokenPipeError) and error.filename is None:
+            sys.exit(cut_off())
         said = sentence(error)
         if said is None:
             raise
@@ -243,3 +255,4 @@ def main() -> None:
             traceback.print_exc()
         print(f"lightloc: {said}", file=sys.stderr)
         sys.exit(BAD_INPUT)
+    sys.exit(code)

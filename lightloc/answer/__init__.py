@@ -21,11 +21,12 @@ For other rooms, in pipeline order:
 - `MARGIN`: standard errors added to B when computing the bound D.
 - `localization`: builds a `Localization` from a fit.
 - `judged`: an answer with the verdicts that follow from its errors.
+- `with_unknowns`: an answer without the intensities that nothing tells.
 - `at_border`: an answer some of whose lights lie at the border of the region.
 """
 
 from lightloc.answer.basis import Assumption, Count, Noise, NoiseLaw, Way
-from lightloc.answer.judge import MARGIN, at_border, judged, localization
+from lightloc.answer.judge import MARGIN, at_border, judged, localization, with_unknowns
 from lightloc.answer.result import Localization, Reason, Step, among
 from lightloc.answer.verdicts import (
     Kind,
@@ -57,5 +58,6 @@ __all__ = [
     "MARGIN",
     "localization",
     "judged",
+    "with_unknowns",
     "at_border",
 ]

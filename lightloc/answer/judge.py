@@ -11,7 +11,7 @@ from scipy.stats import norm
 
 from lightloc.answer.basis import Assumption, Count, Noise, NoiseLaw
 from lightloc.answer.result import Localization, Reason, Step
-from lightloc.answer.verdicts import DECISIVE, Kind, Verdict, clusters, uncertain
+from lightloc.answer.verdicts import DECISIVE, Kind, Verdict, clusters, uncertain, unseen
 from lightloc.fields import intensity_distance
 from lightloc.fit import Bound, Fit, Problem, amounts, inseparable, working_sigma
 from lightloc.given import Observations, Options, PointLights
@@ -28,7 +28,8 @@ MARGIN = 3.0
 
 def judged(found: Localization, problem: Problem, o: Options) -> Localization:
     """The answer with the verdicts that follow from its errors, and undecided where they say so."""
-    errors = Bound(found.position_error, found.intensity_error, found.covariance)
+    told = np.where(untold(found), 0.0, found.intensity_error)
+    errors = Bound(found.position_error, told, found.covariance)
     others = [v for v in found.verdicts if v.kind not in (Kind.UNCERTAIN, Kind.CLUSTER)]
     verdicts = (
         *others,
@@ -113,6 +114,31 @@ def noise_of(q: Observations, problem: Problem, fit: Fit, o: Options) -> Noise:
         return Noise(NoiseLaw.GIVEN, one, 0 * one, outliers)
     scale = np.median(problem.sigma / working_sigma(q, o), axis=0)
     return Noise(NoiseLaw.ESTIMATED, scale, SPREAD * scale / np.sqrt(problem.rows), outliers)
+
+
+def untold(found: Localization) -> NDArray[np.bool_]:
+    """(k, c) intensities that nothing tells: no observation shows them, and none bounds them."""
+    return np.asarray(np.isinf(found.intensity_error) & np.isinf(found.bound))
+
+
+def with_unknowns(found: Localization) -> Localization:
+    """The answer with NaN in place of intensities that nothing tells, and a verdict on them."""
+    unknown = untold(found)
+    if not unknown.any():
+        return found
+
+    every = np.asarray(unknown.all(axis=0))
+
+    def without(lights: PointLights, which: NDArray[np.bool_]) -> PointLights:
+        return PointLights(lights.positions, np.where(which, np.nan, lights.intensities))
+
+    return replace(
+        found,
+        lights=without(found.lights, unknown),
+        intensity_error=np.where(unknown, np.nan, found.intensity_error),
+        counts=tuple(replace(count, lights=without(count.lights, every)) for count in found.counts),
+        verdicts=(*found.verdicts, *unseen(unknown)),
+    )
 
 
 def at_border(

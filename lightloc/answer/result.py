@@ -79,11 +79,12 @@ class Localization:
     Parameters
     ----------
     lights : PointLights
-        The k lights, the brightest first.
+        The k lights, the brightest first. An intensity is NaN where nothing tells it: in a channel
+        in which nothing is seen that the light reaches.
     position_error : (k, 3) array
         Standard errors of the positions, in the unit of length; 0 along an axis that is not free.
     intensity_error : (k, c) array
-        Standard errors of the intensities, W/sr.
+        Standard errors of the intensities, W/sr; NaN where one is unknown.
     covariance : (m, m) array
         Covariance of the free coordinates of each light, in the unit of length, then of the
         intensities, W/sr.
@@ -287,7 +288,10 @@ class Localization:
             strict=True,
         ):
             where = ", ".join(f"{a:.4f} ± {e:.1g}" for a, e in zip(p, dp, strict=True))
-            bright = ", ".join(f"{a:.4f} ± {e:.1g}" for a, e in zip(I, dI, strict=True))
+            bright = ", ".join(
+                "unknown" if np.isnan(a) else f"{a:.4f} ± {e:.1g}"
+                for a, e in zip(I, dI, strict=True)
+            )
             rows.append(f"  ({where}) {self.unit}   {bright} {self.intensity_unit}")
         rows += [f"  {verdict.sentence}" for verdict in self.verdicts]
         return "\n".join(rows)

@@ -25,6 +25,10 @@ Z95 = 1.96
 """Standard errors to either side that hold 95 % of a Gaussian."""
 
 
+LIT = 0.1
+"""Of the brightest radiance: what counts as lit in a sentence."""
+
+
 class Kind(Enum):
     """What can't be told; the value is what that means.
 
@@ -42,6 +46,7 @@ class Kind(Enum):
     EXTENDED = "a light is wide, or several close together"
     MIRROR = "the mirror image of a light would look the same"
     BORDER = "a light lies at the border of the region that was searched"
+    UNSEEN = "nothing is seen in a channel, so that an intensity is unknown"
     HIDDEN = "a light in some part of the region would reach no observation"
 
 
@@ -84,21 +89,37 @@ def too_few(problem: Problem, lights: PointLights) -> list[Verdict]:
     return [Verdict(Kind.TOO_FEW, tuple(range(len(lights))), said)]
 
 
-def unexplained(fit: Fit, problem: Problem) -> Verdict:
-    """The residual test: what is left is more than noise."""
+def unexplained(fit: Fit, problem: Problem, tried: int, share: float | None = None) -> Verdict:
+    """The residual test: what is left is more than noise.
+
+    ``tried`` is how many lights the search came to, and ``share`` how much of the squares of B the
+    one light explains that is told all the same.
+    """
     said = (
         f"The model does not explain the data: chi-square is {fit.cost / problem.rows:.3g} per "
         f"residual, where noise alone leaves 1."
     )
+    looked = f" Up to {tried} light(s) were tried;" if tried else " No place for a light was found;"
+    if share is not None:
+        said += f"{looked} of all single ones this explains most, {_percent(share)} of B squared."
+    elif not len(fit):
+        B = problem.radiance
+        lit = _percent(float((B.max() * LIT < B).mean()))
+        said += f"{looked} {lit} of the radiances are above a tenth of the brightest."
     return Verdict(Kind.UNEXPLAINED, (), said)
 
 
 def uncertain(problem: Problem, lights: PointLights, errors: Bound, o: Options) -> list[Verdict]:
-    """Lights whose 95 % interval is wider than `Options` calls known."""
+    """Lights whose 95 % interval is wider than `Options` calls known.
+
+    An intensity is measured by itself, or by the brightest channel's where it may well be 0.
+    """
     verdicts = []
     for i, (e, dI) in enumerate(zip(errors.position, errors.intensity, strict=True)):
         off = Z95 * float(np.linalg.norm(e))
-        share = Z95 * float((dI / np.maximum(lights.intensities[i], 1e-300)).max())
+        I = lights.intensities[i]
+        whole = np.where(Z95 * dI < I, I, I.max())
+        share = Z95 * float((dI / np.maximum(whole, 1e-300)).max())
         if off > o.sure_position * problem.size or share > o.sure_intensity:
             said = (
                 f"Light {i} is known to ± {_length(off, problem.unit)} and {_percent(share)} of "
@@ -121,6 +142,28 @@ def clusters(
             said = f"Light {i} may be several lights, up to {_length(apart, problem.unit)} apart."
             found.append(Verdict(Kind.CLUSTER, (i,), said))
     return found
+
+
+def unseen(unknown: NDArray[np.bool_]) -> list[Verdict]:
+    """Intensities that nothing tells: (k, c) which those are. Said once where no light has one."""
+    k = len(unknown)
+    every = np.asarray(unknown.all(axis=0) & bool(k))
+    verdicts = []
+    if every.any():
+        rest = "its intensity is" if every.sum() == 1 else "the intensities there are"
+        said = f"Nothing is seen{_channels(every)}: {rest} unknown."
+        verdicts.append(Verdict(Kind.UNSEEN, tuple(range(k)), said))
+    for i in np.flatnonzero((unknown & ~every).any(axis=1)):
+        where = _channels(unknown[i] & ~every)
+        said = f"Light {i} reaches nothing that is seen{where}: its intensity there is unknown."
+        verdicts.append(Verdict(Kind.UNSEEN, (int(i),), said))
+    return verdicts
+
+
+def _channels(which: NDArray[np.bool_]) -> str:
+    """Where that is, in words: nothing where there is one channel."""
+    names = [name for name, one in zip(("red", "green", "blue"), which, strict=False) if one]
+    return f" in {' and '.join(names)}" if len(which) == 3 else ""
 
 
 def spread_out(width: NDArray[np.float64], unit: str) -> list[Verdict]:

@@ -7,8 +7,12 @@ For other rooms, in pipeline order:
 - `Conductor`: a rough metal, GGX.
 - `Plastic`: a rough dielectric coat over a diffuse base.
 - `Mixed`: a different material at each observation.
+- `Sum`: materials that reflect together.
+- `FromNumPy`: a BRDF as a function over NumPy arrays.
+- `Parts`: materials that are made of others.
 - `Irradiance`: stands for a light meter at each observation.
 - `rows_of`: the material of some of the observations.
+- `is_traced`: whether kernels can hold a material.
 - `SceneMaterial`: stands in a file for a BSDF that only its scene can evaluate.
 - `stored`: a material as arrays by name, for a file.
 - `restored`: and back.
@@ -23,13 +27,16 @@ For other rooms, in pipeline order:
 """
 
 from lightloc.brdf.ceiling import Ceiling
+from lightloc.brdf.in_numpy import FromNumPy
 from lightloc.brdf.mixed import Mixed
 from lightloc.brdf.models import Conductor, Lambert, Plastic
 from lightloc.brdf.parameters import Parameters, channels_last
+from lightloc.brdf.parts import Parts
 from lightloc.brdf.protocol import BRDF, Bounded, Scatter, Slope, Sloped, is_brdf
 from lightloc.brdf.readings import Irradiance
-from lightloc.brdf.rows import rows_of
+from lightloc.brdf.rows import is_traced, rows_of
 from lightloc.brdf.stored import SceneMaterial, restored, stored
+from lightloc.brdf.sum import Sum
 
 __all__ = [
     "BRDF",
@@ -37,8 +44,12 @@ __all__ = [
     "Conductor",
     "Plastic",
     "Mixed",
+    "Sum",
+    "FromNumPy",
+    "Parts",
     "Irradiance",
     "rows_of",
+    "is_traced",
     "SceneMaterial",
     "stored",
     "restored",

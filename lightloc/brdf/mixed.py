@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from lightloc.backend import types
 from lightloc.brdf import ceiling
 from lightloc.brdf.ceiling import Ceiling
-from lightloc.brdf.parameters import Parameters
-from lightloc.brdf.protocol import BRDF, Bounded, Scatter, is_brdf
+from lightloc.brdf.parts import Parts
+from lightloc.brdf.protocol import Bounded, Scatter
 from lightloc.checks import numbers
 
 
 @dataclass(frozen=True, eq=False)
-class Mixed:
+class Mixed(Parts):
     """A different BRDF at each point: point i has ``brdfs[index[i]]``.
 
     Parameters
@@ -52,13 +52,10 @@ class Mixed:
     [0.2, 0.6]
     """
 
-    brdfs: tuple[BRDF, ...]
     index: Any
 
     def __post_init__(self) -> None:
-        if is_brdf(self.brdfs) or not all(is_brdf(brdf) for brdf in self.brdfs):
-            raise ValueError("Mixed.brdfs is not a sequence of BRDFs")
-        object.__setattr__(self, "brdfs", tuple(self.brdfs))
+        self._check()
         numbers("Mixed.index", self.index)  # refuses ragged lists and text
         index = np.asarray(self.index)
         if not self.brdfs or index.ndim != 1 or not np.issubdtype(index.dtype, np.integer):
@@ -68,11 +65,6 @@ class Mixed:
         index = index.astype(np.uint32)
         index.setflags(write=False)
         object.__setattr__(self, "index", index)
-
-    @property
-    def channels(self) -> int:
-        """The number of channels: 3 where a part has 3, else 1."""
-        return max(brdf.channels for brdf in self.brdfs)
 
     def check_length(self, n: int) -> None:
         """Check that the material fits n observations.
@@ -97,9 +89,7 @@ class Mixed:
         """
         if len(self.index) != n:
             raise ValueError(f"Mixed.index has {len(self.index)} rows; expected {n}")
-        for brdf in self.brdfs:
-            if isinstance(brdf, (Mixed, Parameters)):
-                brdf.check_length(n)
+        super().check_length(n)
 
     def bind(self, n: int) -> Scatter:
         """As of `BRDF`: each point's own part."""

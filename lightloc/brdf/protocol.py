@@ -123,7 +123,7 @@ class Sloped(BRDF, Protocol):
     [True, False]
     """
 
-    def bind_slope(self, n: int) -> Slope:
+    def bind_slope(self, n: int) -> Slope | None:
         """Bind S and its gradient to n observations, for use inside kernels.
 
         Parameters
@@ -133,10 +133,10 @@ class Sloped(BRDF, Protocol):
 
         Returns
         -------
-        callable
+        callable or None
             ``slope(i, normal, v, w)``: S of Eq. 2 without its visibility, f (n . l)_+ / |v|^2 in
             m^-2 sr^-1, a Dr.Jit Float or Array3f, and its three derivatives in v, the vector to
-            the light. The rest is as in `BRDF.bind`.
+            the light. The rest is as in `BRDF.bind`. None where nothing is known.
 
         Examples
         --------

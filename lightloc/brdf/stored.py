@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 
 from lightloc.brdf.mixed import Mixed
 from lightloc.brdf.parameters import Parameters
+from lightloc.brdf.parts import Parts
 from lightloc.brdf.protocol import BRDF, Scatter
+from lightloc.brdf.sum import Sum
 
 
 @dataclass(frozen=True)
@@ -35,8 +37,10 @@ def stored(prefix: str, material: BRDF) -> dict[str, NDArray[Any]]:
     >>> sorted(stored("material", Lambert(albedo=0.5)))
     ['material', 'material.albedo']
     """
-    if isinstance(material, Mixed):
-        keys = {prefix: np.array("Mixed"), f"{prefix}.index": material.index}
+    if isinstance(material, Parts):
+        keys = {prefix: np.array(type(material).__name__)}
+        if isinstance(material, Mixed):
+            keys[f"{prefix}.index"] = material.index
         for b, part in enumerate(material.brdfs):
             keys |= stored(f"{prefix}.{b}", part)
         return keys
@@ -61,12 +65,12 @@ def restored(prefix: str, keys: Mapping[str, NDArray[Any]]) -> BRDF:
     0.5
     """
     kind = str(keys[prefix])
-    if kind == "Mixed":
-        count = int(keys[f"{prefix}.index"].max()) + 1
+    if kind in ("Mixed", "Sum"):
+        count = int(keys[f"{prefix}.index"].max()) + 1 if kind == "Mixed" else 1
         while f"{prefix}.{count}" in keys:
             count += 1
         parts = tuple(restored(f"{prefix}.{b}", keys) for b in range(count))
-        return Mixed(parts, keys[f"{prefix}.index"])
+        return Mixed(parts, keys[f"{prefix}.index"]) if kind == "Mixed" else Sum(parts)
     if kind == "SceneMaterial":
         return SceneMaterial(int(keys[f"{prefix}.channels"]))
     for model in models():
@@ -76,9 +80,8 @@ def restored(prefix: str, keys: Mapping[str, NDArray[Any]]) -> BRDF:
             needed = {field.name for field in own if field.default is MISSING}
             given = {k: keys[v] for k, v in named.items() if k in needed or v in keys}
             return model(**given)  # type: ignore[return-value]
-    raise ValueError(
-        f"{prefix} is '{kind}'; expected one of {', '.join(m.__name__ for m in models())}, Mixed"
-    )
+    names = ", ".join(model.__name__ for model in models())
+    raise ValueError(f"{prefix} is '{kind}'; expected one of {names}, Mixed, Sum")
 
 
 def models(of: type[Parameters] = Parameters) -> list[type[Parameters]]:

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from lightloc.backend import types
 from lightloc.brdf import Bounded, Ceiling
 from lightloc.checks import array
+from lightloc.fields.by_pairs import by_pairs
 from lightloc.fields.clusters import Clusters
 from lightloc.fields.grid import Grid
 from lightloc.fields.lanes import Lanes, blocks_of, rows_of
@@ -223,6 +224,9 @@ class Field:
         material = self.surfels.material
         if material is not None and material.channels == 3 != k:
             raise ValueError(f"B has {k} columns; expected 3, as the material has")
+        if not self.surfels.traced:
+            points = self.where.points if isinstance(self.where, Grid) else self.where
+            return by_pairs(self.surfels, B, points, self.geometry)
         D, L = np.zeros((k, g), np.float32), np.zeros((k, g), np.uint32)
         for first in range(0, k if g else 0, COLUMNS):
             some = slice(first, first + COLUMNS)

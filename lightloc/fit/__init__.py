@@ -3,6 +3,8 @@
 For other rooms, in pipeline order:
 
 - `is_exact`: whether observations claim to have no errors.
+- `is_noise`: channels in which radiance is noise about 0.
+- `without_black`: observations without noise where nothing reflects.
 - `working_sigma`: standard errors with the arithmetic's own.
 - `presumed`: observations with some sigma where nobody knows it.
 - `level_of`: the standard deviation of residuals, outliers left out.
@@ -64,9 +66,11 @@ from lightloc.fit.loss import cauchy, robust
 from lightloc.fit.noise import (
     estimated_level,
     is_exact,
+    is_noise,
     law_of,
     level_of,
     presumed,
+    without_black,
     working_sigma,
 )
 from lightloc.fit.problem import (
@@ -83,6 +87,8 @@ from lightloc.fit.problem import (
 
 __all__ = [
     "is_exact",
+    "is_noise",
+    "without_black",
     "working_sigma",
     "presumed",
     "level_of",

@@ -163,14 +163,31 @@ class Criterion:
     def is_explained(self, problem: Problem, fit: Fit) -> bool:
         """Whether the residual is no more than noise, but for the few that may lie anywhere."""
         most = self.likelihood.typical + self.unlikely * np.sqrt(2 / problem.rows)
-        return bool(self.likelihood.core(fit) < most * problem.rows)
+        explained = self.likelihood.core(fit) < most * problem.rows
+        return bool(explained and not self.is_outshone(problem, fit))
 
     def is_clean(self, problem: Problem, fit: Fit) -> bool:
         """The same, with none left out: what is systematic does not hide among the few."""
         most = self.likelihood.typical + self.unlikely * np.sqrt(2 / problem.rows)
         return bool(fit.cost < most * problem.rows)
 
+    def is_outshone(self, problem: Problem, fit: Fit) -> bool:
+        """Whether more observations are far brighter than the lights make them than are far from
+        dark by them.
+
+        Then these are no few that may lie anywhere: a narrow spotlight lights no more. As many as
+        a light has unknowns may be, whatever is lit.
+        """
+        far = self.likelihood.scale
+        brighter = (fit.residual > far).any(axis=1).sum()
+        unknowns = len(problem.axes) + problem.radiance.shape[1]
+        if brighter <= unknowns:
+            return False
+        model = problem.radiance / problem.sigma - fit.residual
+        return bool(brighter > (model > far).any(axis=1).sum())
+
     def is_likely(self, problem: Problem, fit: Fit) -> bool:
         """Whether noise leaves as much: the stricter question, before a search may end early."""
         most = 1 + LUCK * np.sqrt(2 / problem.rows)
-        return bool(self.likelihood.known and self.likelihood.core(fit) < most * problem.rows)
+        likely = self.likelihood.known and self.likelihood.core(fit) < most * problem.rows
+        return bool(likely and not self.is_outshone(problem, fit))

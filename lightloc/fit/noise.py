@@ -8,6 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lightloc.given import Observations, Options
+from lightloc.optics import reflected_ambient, surfels
+
+LIT = 5.0
+"""Standard errors by which the mean of B may differ from 0 where nothing is lit."""
 
 DARK = 0.1
 """Of the median standard error: none is smaller, since no sensor is exact."""
@@ -45,6 +49,25 @@ def presumed(q: Observations) -> Observations:
     mean = B.mean(axis=0)
     mean = np.where(mean > 0, mean, 1.0)  # all dark: any unit serves
     return q.with_radiance(q.radiance, SHOT * np.sqrt(mean * (B + SHOT * mean)))
+
+
+def is_noise(radiance: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """(c,) whether the mean of (n, c) radiances differs from 0 by no more than noise about 0."""
+    error = [level_of(b) / np.sqrt(len(b)) for b in radiance.T]
+    return np.asarray(np.abs(radiance.mean(axis=0)) <= LIT * np.array(error))
+
+
+def without_black(q: Observations) -> Observations:
+    """The observations without the noise of channels in which no surface reflects anything.
+
+    Nothing tells how large it is where sigma is unknown, and a light can't explain it anyway.
+    """
+    B = q.radiance
+    noise = is_noise(B) & B.any(axis=0)
+    if q.channels == 1 or not noise.any():
+        return q
+    black = noise & ~reflected_ambient(surfels(q), q.channels).any(axis=0)
+    return q.with_radiance(np.where(black, 0.0, B), q.sigma) if black.any() else q
 
 
 def working_sigma(q: Observations, o: Options) -> NDArray[np.float64]:

@@ -62,9 +62,11 @@ class Problem:
         size = self.bounds[1] - self.bounds[0]
         return np.flatnonzero(size > 1e-9 * size.max())
 
-    @property
+    @cached_property
     def rows(self) -> int:
-        return self.radiance.size
+        """The number of residuals that tell: none in a channel that is black everywhere."""
+        lit = int(self.radiance.any(axis=0).sum())
+        return len(self.radiance) * (lit or self.radiance.shape[1])
 
     @property
     def size(self) -> float:
@@ -157,6 +159,8 @@ def nonnegative(A: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.fl
     Where two dozen columns are nearly alike, the active set may go round in circles; an interior
     method then comes near enough.
     """
+    if not A.size:  # SciPy's would crash
+        return np.zeros(A.shape[1])
     try:
         return nnls(A, b)[0]
     except RuntimeError:

@@ -27,12 +27,12 @@ class PointLights:
         Positions p, in the unit of length.
     intensities : (k, c) or (k,) array_like
         Radiant intensities I, W/sr where that unit is the metre, at least 0; c = 1 or 3 (linear
-        RGB). Kept as (k, c).
+        RGB). Kept as (k, c). NaN where one is unknown, as in a channel in which nothing is seen.
 
     Raises
     ------
     ValueError
-        If a shape is wrong, a value is not finite, or an intensity is negative.
+        If a shape is wrong, a position is not finite, or an intensity is negative or infinite.
 
     Notes
     -----
@@ -58,11 +58,16 @@ class PointLights:
             intensities = intensities[:, None]
         k = len(positions) if positions.ndim else 0
         positions = array("PointLights.positions", positions, (k, 3))
+        unknown = np.isnan(intensities)
+        intensities[unknown] = 0.0
         intensities = array("PointLights.intensities", intensities, (k, None), least=0.0)
         if intensities.shape[1] not in (1, 3):
             raise ValueError(
                 f"PointLights.intensities has {intensities.shape[1]} channels; expected 1 or 3"
             )
+        if unknown.any():
+            intensities = np.where(unknown, np.nan, intensities)
+            intensities.setflags(write=False)
         object.__setattr__(self, "positions", positions)
         object.__setattr__(self, "intensities", intensities)
 
@@ -76,8 +81,10 @@ class PointLights:
 
     @property
     def order(self) -> NDArray[np.intp]:
-        """(k,) indices of the lights in falling order of their mean intensity."""
-        return np.argsort(-self.intensities.mean(axis=1), kind="stable")
+        """(k,) indices of the lights in falling order of their mean intensity, where known."""
+        known = ~np.isnan(self.intensities)
+        total = np.where(known, self.intensities, 0.0).sum(axis=1)
+        return np.argsort(-total / np.maximum(known.sum(axis=1), 1), kind="stable")
 
     def brightest_first(self) -> PointLights:
         """Sort the lights by their mean intensity, the brightest first.
@@ -99,7 +106,7 @@ class PointLights:
         """Write the lights as JSON, whole or not at all.
 
         The file holds ``format`` and a list ``lights`` of ``{"position": [x, y, z], "intensity":
-        [...]}``.
+        [...]}``, where null stands for an intensity that is unknown.
 
         Parameters
         ----------
@@ -121,7 +128,7 @@ class PointLights:
         [[10.0]]
         """
         rows = [
-            {"position": p.tolist(), "intensity": I.tolist()}
+            {"position": p.tolist(), "intensity": [None if a != a else a for a in I.tolist()]}
             for p, I in zip(self.positions, self.intensities, strict=True)
         ]
         with whole(path) as part:
@@ -178,7 +185,8 @@ class PointLights:
         if not len(self):
             return "no lights"
         rows = [
-            f"({', '.join(f'{a:.4f}' for a in p)}) m  {' '.join(f'{a:.4f}' for a in I)} W/sr"
+            f"({', '.join(f'{a:.4f}' for a in p)}) m  "
+            f"{' '.join('unknown' if np.isnan(a) else f'{a:.4f}' for a in I)} W/sr"
             for p, I in zip(self.positions, self.intensities, strict=True)
         ]
         return "\n".join(rows)

@@ -41,8 +41,8 @@ class Observations:
         Standard error of ``radiance``, in its unit. 0 where a value is exact; None where nobody
         knows it: `localize` then estimates it together with the lights. Kept as (n, c), or None.
     material : BRDF
-        The BRDF f at each point: a `Lambert`, `Conductor`, `Plastic` or `Mixed`, an `Irradiance`,
-        or any object that is a `BRDF`.
+        The BRDF f at each point: a `Lambert`, `Conductor`, `Plastic`, `Mixed` or `Sum`, an
+        `Irradiance`, or any object that is a `BRDF`.
     facets : (n, 3) array_like, optional
         Geometric normals, where they differ from the shading normals, as on a mesh with smooth
         shading: light from below a facet does not reach it. Normalized on entry; ``normals`` where
@@ -153,7 +153,7 @@ class Observations:
         put(self, "sigma", _sigma(sigma, self.radiance))
         if material.channels > self.channels:
             raise ValueError("Observations.radiance has 1 channel but the material has 3")
-        if isinstance(material, (brdf.Mixed, brdf.Parameters)):
+        if isinstance(material, (brdf.Parts, brdf.Parameters)):
             material.check_length(n)
         put(self, "material", material)
         facets = self.normals if facets is None else facets
@@ -316,7 +316,8 @@ class Observations:
           shapes that `Observations` keeps; ``sigma`` is empty where nobody knows it;
         - ``interreflected``, bool;
         - ``material``, the name of its type, and each parameter as ``material.NAME``; of a
-          `Mixed`, ``material.index`` and the parts as ``material.0``, ``material.1`` and so on;
+          `Mixed`, ``material.index``, and of that and a `Sum` the parts as ``material.0``,
+          ``material.1`` and so on;
         - ``facets``, ``regions``, ``region_names``, ``saturated``, ``step``, ``unit``,
           ``relative_sigma`` and ``intensity_unit``, which a file need not have.
 

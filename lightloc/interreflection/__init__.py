@@ -8,12 +8,13 @@ For other rooms, in pipeline order:
 - `spread`: the lights' standard errors from both parts together.
 - `Indirect`: renders the indirect light of a light of intensity 1.
 - `rendering`: makes one of a geometry that can render.
+- `less_background`: a first guess at the direct part of a light meter's readings.
 - `rounds`: searches, renders, subtracts, and searches again.
 """
 
 from lightloc.interreflection.all_light import Split, spread, straight
 from lightloc.interreflection.footnote_1 import remove_indirect
-from lightloc.interreflection.rendered import Indirect, rendering, rounds
+from lightloc.interreflection.rendered import Indirect, less_background, rendering, rounds
 
 __all__ = [
     "remove_indirect",
@@ -22,5 +23,6 @@ __all__ = [
     "spread",
     "Indirect",
     "rendering",
+    "less_background",
     "rounds",
 ]

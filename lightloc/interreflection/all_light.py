@@ -209,7 +209,7 @@ def normal(
 
 
 def spread(split: Split, lights: PointLights, problem: Problem) -> Bound:
-    """The lights' standard errors.
+    """The lights' standard errors, infinite for intensities that bring no light at all.
 
     With normal equations M that are free of the noise in H and G that hold it, the covariance is
     M^-1 G M^-1.
@@ -219,7 +219,9 @@ def spread(split: Split, lights: PointLights, problem: Problem) -> Bound:
     own = np.arange(len(G) - noise.size, len(G))
     M[own, own] -= noise.ravel()
     inverse = np.linalg.inv(M)
-    return Bound.of(inverse @ G @ inverse, problem.axes, *lights.intensities.shape)
+    errors = Bound.of(inverse @ G @ inverse, problem.axes, *lights.intensities.shape)
+    black = ~(split.straight + split.around).any(axis=0)
+    return replace(errors, intensity=np.where(black, np.inf, errors.intensity))
 
 
 def straight(problem: Problem, lights: PointLights) -> NDArray[np.float64]:

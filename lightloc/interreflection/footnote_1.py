@@ -116,7 +116,10 @@ def remove_indirect(q: Observations, geometry: Geometry, seed: int = 0) -> Obser
     """
     known = q.known_sigma
     if q.quantity == "irradiance":
-        raise ValueError("indirect light can't be removed from irradiance, only from radiance")
+        raise ValueError(
+            "interreflected irradiance can't be gathered from other readings; give indirect, to "
+            "render it"
+        )
     more, error = indirect(q, geometry, seed)
     sigma = np.sqrt(known**2 + error**2 + (SYSTEMATIC * more) ** 2)
     return q.with_radiance(q.radiance - more, sigma, interreflected=False)

@@ -53,6 +53,12 @@ Search = Callable[[Observations, PointLights | None], Localization]
 Certificate = Callable[[Problem, Fit], float]
 """The largest correlation of what a fit leaves with a further light, in standard errors."""
 
+DARKEST = 0.05
+"""Share of the readings that are taken for lit by surfaces alone."""
+
+UNEVEN = 0.5
+"""How much that light may differ from place to place, as a share."""
+
 MOST_ROUNDS = 8
 """Metal rooms with eight lights settle in three to five (measured)."""
 
@@ -88,6 +94,16 @@ def rendering(
     number("indirect", indirect, 2, whole=True)
     room, samples = geometry, indirect
     return lambda positions: room.interreflection(positions, seen, samples, seed)
+
+
+def less_background(q: Observations) -> Observations:
+    """A first guess at the direct part of irradiance: without what even the darkest points have.
+
+    Other readings tell nothing of it, since no surface's radiance is known.
+    """
+    level = np.quantile(q.radiance, DARKEST, axis=0)
+    sigma = np.hypot(q.known_sigma, UNEVEN * level)
+    return q.with_radiance(q.radiance - level, sigma, interreflected=False)
 
 
 def rounds(
@@ -219,7 +235,7 @@ def whole(
     verdicts += mirrored(posed, lights, level, criterion, o)
     reason = found.reason
     if explains(found) and not criterion.is_explained(problem, fit):
-        reason, verdicts = Reason.NO_GAIN, [unexplained(fit, problem), *verdicts]
+        reason, verdicts = Reason.NO_GAIN, [unexplained(fit, problem, k), *verdicts]
     now = replace(
         found,
         lights=lights,
@@ -230,10 +246,10 @@ def whole(
         direct=direct.radiance,
         sigma=direct.known_sigma,
         residual=z,
-        chi2=cost / z.size,
+        chi2=cost / problem.rows,
         noise=replace(noise, outliers=np.abs(z) > o.outlier),
         counts=tuple(
-            replace(one, lights=lights, chi2=cost / z.size) if len(one.lights) == k else one
+            replace(one, lights=lights, chi2=cost / problem.rows) if len(one.lights) == k else one
             for one in found.counts
         ),
         inseparable=inseparable(lights, errors.position),

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lightloc.backend import doubles, reals, types
-from lightloc.brdf import BRDF, Scatter, Slope, Sloped
+from lightloc.brdf import BRDF, Scatter, Slope, Sloped, is_traced
 from lightloc.given import RAY_OFFSET, Geometry, Observations
 
 
@@ -29,6 +29,7 @@ class Surfels:
     slope: Slope | None = None  # the derivative of S in closed form, where the material has one
     material: BRDF | None = None  # what ``scatter`` was bound from, where it is known
     double: bool = False  # whether kernels over these compute in 64 bits
+    traced: bool = True  # whether loops within a kernel can evaluate ``scatter``
 
     def take(self, some: NDArray[np.intp]) -> Surfels:
         """Some of the surfels, renumbered from 0."""
@@ -61,6 +62,7 @@ class Surfels:
             flat=self.flat,
             slope=slope_some if slope else None,
             double=self.double,
+            traced=self.traced,
         )
 
 
@@ -83,6 +85,7 @@ def surfels(q: Observations, double: bool = False) -> Surfels:
             slope=q.material.bind_slope(len(q)) if isinstance(q.material, Sloped) else None,
             material=q.material,
             double=double,
+            traced=is_traced(q.material),
         )
 
 

@@ -224,7 +224,7 @@ def radiance(
     -------
     (n, c) array
         B in W sr^-1 m^-2. c is 3 where the lights or the material have three channels; without any
-        light it is the lights'.
+        light it is the lights'. NaN where an intensity that is unknown would be seen.
 
     Examples
     --------
@@ -242,11 +242,10 @@ def radiance(
         n = q.n if isinstance(q, Surfels) else len(q)
         return np.zeros((n, lights.channels))
     S = shading(q, lights.positions, geometry)
-    return np.einsum(
-        "nkc,kc->nc",
-        np.broadcast_to(S, (*S.shape[:2], max(S.shape[2], lights.channels))),
-        lights.intensities,
-    )
+    S = np.broadcast_to(S, (*S.shape[:2], max(S.shape[2], lights.channels)))
+    if np.isnan(lights.intensities).any():
+        return np.where(S == 0, 0.0, S * lights.intensities).sum(axis=1)
+    return np.einsum("nkc,kc->nc", S, lights.intensities)
 
 
 def check_gradient(

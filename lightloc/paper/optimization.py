@@ -216,7 +216,7 @@ def rendered(problem: Problem, positions: NDArray[np.float64]) -> NDArray[np.flo
     All that "Render" of section 5 needs to know of the positions.
     """
     if not len(positions):
-        return np.zeros((problem.rows, 0))
+        return np.zeros((problem.radiance.size, 0))
     return shading(problem.surfels, positions, problem.geometry)[:, :, 0]
 
 

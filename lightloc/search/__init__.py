@@ -11,6 +11,8 @@ For other rooms, in pipeline order:
 - `settled`: the final refinement on all observations.
 - `concluded`: the search's answer.
 - `widened`: looks further out where an open side stops a light.
+- `bordered`: says where a light lies at an open side in the end.
+- `best_one`: the light that explains most, where none explain what is lit.
 - `sharpened`: refines one hypothesis to its end.
 """
 
@@ -20,8 +22,9 @@ from lightloc.search.exact import emptied
 from lightloc.search.ground import Ground
 from lightloc.search.ladder import Ladder
 from lightloc.search.polish import sharpened
-from lightloc.search.region import Region, widened
+from lightloc.search.region import Region, bordered, widened
 from lightloc.search.settle import settled
+from lightloc.search.single import best_one
 
 __all__ = [
     "Region",
@@ -33,5 +36,7 @@ __all__ = [
     "settled",
     "concluded",
     "widened",
+    "bordered",
+    "best_one",
     "sharpened",
 ]

@@ -49,7 +49,7 @@ def concluded(
         reason = Reason.UNDECIDED
     elif not criterion.is_explained(problem, fit):
         reason = Reason.MOST_LIGHTS if count >= o.most_lights else Reason.NO_GAIN
-        verdicts.insert(0, unexplained(fit, problem))
+        verdicts.insert(0, unexplained(fit, problem, tried=len(ladder.fits[-1])))
     elif not len(lights):
         reason = Reason.DARK
     else:

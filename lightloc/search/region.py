@@ -112,13 +112,13 @@ def widened(
     q: Observations,
     geometry: Geometry | None,
     may: bool,
-) -> Localization:
+) -> tuple[Region, Localization]:
     """Look into a region, and into wider ones while an open side stops a light.
 
     ``look`` finds at most one light, roughly, where its second argument says so: at that glance all
     open sides are tried, since one light far out often tells already. Later they are only where no
-    light was found. A wider region is kept if what it leaves is no more. A verdict says where a
-    light lies at an open side in the end.
+    light was found. A wider region is kept if what it leaves is no more. Returned with what was
+    found in it.
     """
 
     def further(region: Region, glance: bool) -> tuple[Region, Localization]:
@@ -138,7 +138,11 @@ def widened(
 
     if may and region.open.any():
         region, _ = further(region, True)
-    region, found = further(region, False)
+    return further(region, False)
+
+
+def bordered(found: Localization, region: Region) -> Localization:
+    """The answer with a verdict where a light lies at an open side of the region."""
     sides = region.met(found.lights)
     return at_border(found, sides, region.bounds) if sides.any() else found
 

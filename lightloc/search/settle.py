@@ -12,6 +12,7 @@ from lightloc.fit import (
     Problem,
     estimated_level,
     intensities,
+    is_noise,
     law_of,
     level_of,
     no_lights,
@@ -21,10 +22,6 @@ from lightloc.search.polish import pruned, sharpened
 
 REWEIGHTED = 2
 """Times that sigma is taken at the model's B: the second changes it by a thousandth."""
-
-
-LIT = 5.0
-"""Standard errors by which the mean of B may differ from 0 where nothing is lit."""
 
 
 def settled(whole: Problem, ladder: Ladder) -> tuple[Fit, Problem]:
@@ -65,9 +62,9 @@ def settled(whole: Problem, ladder: Ladder) -> tuple[Fit, Problem]:
 def in_the_dark(whole: Problem) -> Problem:
     """Without a light B is noise about 0, of one size in a channel; unless its mean is not 0."""
     B = whole.radiance
-    sigma = np.array([max(level_of(b), np.finfo(float).tiny) for b in B.T])
-    if (np.abs(B.mean(axis=0)) > LIT * sigma / np.sqrt(len(B))).any():
+    if not is_noise(B).all():
         return whole
+    sigma = np.array([max(level_of(b), np.finfo(float).tiny) for b in B.T])
     return replace(whole, sigma=np.broadcast_to(sigma, B.shape))
 
 

@@ -213,7 +213,7 @@ def joined(
     x, points = unknowns.x_of(there), there.lights
     z = residuals(problem, points)
     J = jacobian(problem, points) @ unknowns.linear
-    spread = covariance_of(J.reshape(problem.rows, -1))[: unknowns.of_points, : unknowns.of_points]
+    spread = covariance_of(J.reshape(-1, J.shape[2]))[: unknowns.of_points, : unknowns.of_points]
     return Extended(
         Fit(unknowns.centroids(x), z, likelihood.cost(z)),
         unknowns.width(x),

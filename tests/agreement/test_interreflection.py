@@ -13,8 +13,19 @@ import numpy as np
 import pytest
 
 import render
-from lightloc import Irradiance, Lambert, PointLights, Reason, Way, localize, shading
+from lightloc import (
+    Irradiance,
+    Lambert,
+    Observations,
+    PointLights,
+    Reason,
+    Way,
+    localize,
+    radiance,
+    shading,
+)
 from render.interreflection import interreflected
+from validation import compare
 
 POINTS, SPP = 1024, 256
 ALBEDO = 0.6
@@ -131,7 +142,7 @@ def test_grey_material(load):
 
 
 def test_refuses(load, refuses):
-    """A standard error needs two samples; positions are (k, 3); a meter is no surface."""
+    """A standard error needs two samples; positions are (k, 3); a meter sees no surface."""
     room = load("box_one")
     q = render.observe(room, points=16, seed=0, transport="direct")
     with refuses("interreflected: spp is 1; expected"):
@@ -140,8 +151,6 @@ def test_refuses(load, refuses):
         interreflected(room, q, spp=2)([[0.0, 1.0]])
     with refuses("samples of interreflected light is 1; expected"):
         room.geometry.interreflection(room.lights.positions, q, 1)
-    with refuses("interreflected irradiance"):
-        interreflected(room, replace(q, material=Irradiance()))(room.lights.positions)
     both = replace(q, interreflected=True)
     bare = SimpleNamespace(visible=room.geometry.visible, intersect=room.geometry.intersect)
     with refuses("indirect is 2.5; expected"):
@@ -150,5 +159,49 @@ def test_refuses(load, refuses):
         localize(q, room.geometry, method="paper", indirect=16)
     with refuses("this geometry can't render"):
         localize(both, bare, indirect=16)
-    with refuses("indirect light can't be removed from irradiance"):
+    with refuses("interreflected irradiance can't be gathered from other readings"):
         localize(replace(both, material=Irradiance()), room.geometry)
+
+
+def readings(q: Observations, **more) -> Observations:
+    """Light meters at the points of ``q``, their values still to come."""
+    given = {"positions": q.positions, "normals": q.normals, "radiance": np.ones(len(q)), **more}
+    return Observations(material=Irradiance(), **given)
+
+
+def test_irradiance_of_a_sphere(load):
+    """A meter in an integrating sphere of albedo rho has rho / (1 - rho) I / R^2 more, anywhere."""
+    room = load("sphere", radius=1.0, albedo=ALBEDO)
+    q = readings(render.observe(room, points=POINTS, transport="direct"))
+    H, error = room.geometry.interreflection(PLACES[:1], q, SPP)
+    assert within((H - ALBEDO / (1 - ALBEDO)) / error)
+    assert not within((H - 1.05 * ALBEDO / (1 - ALBEDO)) / error)
+
+
+def test_irradiance_is_what_lambert_reflects(load):
+    """Interreflected radiance of a diffuse surface is albedo / pi times its irradiance."""
+    room = load("box_two")
+    q = render.observe(room, points=300, transport="direct")
+    H, error = room.geometry.interreflection(room.lights.positions, q, 256, seed=1)
+    E, own = room.geometry.interreflection(room.lights.positions, readings(q), 256, seed=2)
+    share = (q.material.albedo / np.pi)[:, None]
+    assert within((H - share * E) / np.hypot(error, share * own))
+
+
+def test_light_meters_find_lights_in_a_closed_room(load):
+    """Most of the readings is interreflected; taken for direct, they are not explained."""
+    room = load("box_two")
+    seen = render.observe(room, points=300, transport="direct")
+    q = readings(seen, sigma=None, interreflected=True)
+    H, _ = room.geometry.interreflection(room.lights.positions, q, 1024, seed=5)
+    straight = radiance(replace(q, interreflected=False), room.lights, room.geometry)
+    E = straight + np.einsum("nkc,kc->nc", H, room.lights.intensities)
+    assert straight.sum() < 0.5 * E.sum()
+    sigma = 0.02 * E
+    q = q.with_radiance(E + sigma * np.random.default_rng(3).normal(size=E.shape), sigma)
+    found = localize(q, room.geometry, indirect=256)
+    assert found.reason is Reason.CONVERGED
+    assert found.way is Way.RENDERED
+    assert compare(found.lights, room.lights, room.diagonal).worst_position_percent < 1
+    taken = localize(replace(q, interreflected=False), room.geometry)
+    assert taken.reason is not Reason.CONVERGED

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import render
-from lightloc import Assumption, Reason, localize, remove_known
+from lightloc import Assumption, Irradiance, Reason, localize, remove_known
 from validation import compare
 
 SPP = 128
@@ -197,3 +197,17 @@ def test_one_channel_can_not_hold_coloured_light(write):
     grey = replace(q, radiance=q.radiance[:, :1], sigma=q.sigma[:, :1])
     with pytest.raises(ValueError, match="known light has colours"):
         remove_known(grey, room.geometry)
+
+
+@pytest.mark.parametrize("kind", OTHER)
+def test_irradiance_is_what_lambert_reflects(write, kind):
+    """Known radiance of a diffuse surface is albedo / pi times its known irradiance."""
+    room = room_of(write, kind)
+    q = replace(render.observe(room, points=300, spp=2), sigma=None)
+    meters = replace(q, material=Irradiance())
+    B, error = room.geometry.known_light(q, SPP, seed=1)
+    E, own = room.geometry.known_light(meters, SPP, seed=2)
+    share = q.material.albedo / np.pi
+    z = (B - share * E) / np.hypot(np.hypot(error, share * own), 1e-4 * B.mean())
+    assert abs(z.mean()) < 4 / np.sqrt(len(q)) + 0.1
+    assert 0.8 < z.std() < 1.2

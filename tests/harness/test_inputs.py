@@ -20,6 +20,7 @@ from lightloc import (
     Paper,
     Plastic,
     PointLights,
+    Sum,
     localize,
 )
 
@@ -46,7 +47,6 @@ BAD_LIGHTS = {
     "complex position": ("positions", [[1j, 0, 0]], [1]),
     "no position": ("positions", None, [1]),
     "negative intensity": ("intensities", [[0, 0, 0]], [-1]),
-    "nan intensity": ("intensities", [[0, 0, 0]], [NAN]),
     "infinite intensity": ("intensities", [[0, 0, 0]], [INF]),
     "more intensities": ("intensities", [[0, 0, 0]], [1, 2]),
     "fewer intensities": ("intensities", [[0, 0, 0], [1, 1, 1]], [1]),
@@ -112,6 +112,10 @@ BAD_OBSERVATIONS = {
         "Conductor.alpha",
         {"material": Mixed((Conductor(alpha=[0.2] * 4),), [0, 0])},
     ),
+    "part of more points, summed": (
+        "Conductor.alpha",
+        {"material": Sum((Lambert(albedo=0.5), Conductor(alpha=[0.2] * 4)))},
+    ),
 }
 
 
@@ -143,6 +147,9 @@ BAD_BRDFS = {
     "no parts": ("Mixed", lambda: Mixed((), [0])),
     "one part, no tuple": ("Mixed", lambda: Mixed(Lambert(albedo=0.5), [0])),
     "part that is none": ("Mixed", lambda: Mixed((0.5,), [0])),
+    "sum of nothing": ("Sum", lambda: Sum(())),
+    "sum, no tuple": ("Sum.brdfs", lambda: Sum(Lambert(albedo=0.5))),
+    "sum with a part that is none": ("Sum.brdfs", lambda: Sum((Lambert(albedo=0.5), 0.5))),
     "index past the end": ("Mixed.index", lambda: Mixed((Lambert(albedo=0.5),), [1])),
     "negative index": ("Mixed.index", lambda: Mixed((Lambert(albedo=0.5),), [-1])),
     "fractional index": ("Mixed", lambda: Mixed((Lambert(albedo=0.5),), [0.0])),

@@ -17,6 +17,7 @@ from lightloc import (
     Observations,
     Plastic,
     PointLights,
+    Sum,
     radiance,
 )
 from lightloc.brdf.protocol import BRDF
@@ -40,6 +41,14 @@ MATERIALS: dict[str, BRDF] = {
         [0, 0, 0, 0],
     ),
     "eleven_parts": Mixed([Lambert(albedo=a / 11) for a in range(11)], [10, 9, 1, 0]),
+    "sum": Sum((Lambert(albedo=[[0.5], [0.4], [0.3], [0.2]]), Conductor(alpha=0.3))),
+    "mixed_with_sum": Mixed(
+        (
+            Sum([Lambert(albedo=0.1), Mixed([Lambert(albedo=0.2)], [0, 0, 0, 0])]),
+            Plastic(alpha=0.2),
+        ),
+        [0, 1, 1, 0],
+    ),
 }
 
 
@@ -59,8 +68,9 @@ def four(material: BRDF, rng: np.random.Generator) -> Observations:
 
 def same_material(one: BRDF, other: BRDF) -> None:
     assert type(one) is type(other)
-    if isinstance(one, Mixed):
-        np.testing.assert_array_equal(one.index, other.index)
+    if isinstance(one, Mixed | Sum):
+        if isinstance(one, Mixed):
+            np.testing.assert_array_equal(one.index, other.index)
         for mine, theirs in zip(one.brdfs, other.brdfs, strict=True):
             same_material(mine, theirs)
         return

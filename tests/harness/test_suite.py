@@ -119,7 +119,7 @@ def test_result_holds_what_the_report_reads(tiny):
     for name in ("box", "strict"):
         r = result(out, name)
         assert set(r) >= KEYS
-        assert r["command"] == f"lightloc validate --suite tiny.toml --case {name}"
+        assert r["command"] == f"lightloc validate --suite {out.parent / 'tiny.toml'} --case {name}"
         assert [set(light) for light in r["lights"]["true"]] == [TRUE]
         assert [set(light) for light in r["lights"]["found"]] == [TRUE | FOUND]
         assert r["comparison"]["pairs"][0]["found"] == 0

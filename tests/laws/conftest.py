@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from lightloc import BRDF, Conductor, Lambert, Mixed, Observations, Plastic
+from lightloc import BRDF, Conductor, Lambert, Mixed, Observations, Plastic, Sum
 
 POINTS = 96
 LEAST_COSINE = 0.2  # lights and viewers stand at least this high above each surface
@@ -35,9 +35,15 @@ PARTS = {
     "plastic_rgb": Sample(
         Plastic(alpha=0.3, diffuse=[0.8, 0.5, 0.1], ior=1.5, nonlinear=True), 0.3
     ),
+    "sum": Sample(Sum([Lambert(albedo=[0.3, 0.2, 0.1]), Conductor(alpha=0.4)]), 0.4),
 }
 MIXTURE = Mixed(tuple(s.brdf for s in PARTS.values()), np.arange(POINTS) % len(PARTS))
-SAMPLES = {**PARTS, "mixed": Sample(MIXTURE, 0.1)}
+SAMPLES = {
+    **PARTS,
+    "mixed": Sample(MIXTURE, 0.1),
+    "sum_with_mixed": Sample(Sum([Lambert(albedo=0.2), MIXTURE]), 0.1),
+    "sloped_sum": Sample(Sum([Lambert(albedo=0.2), Lambert(albedo=[0.3, 0.4, 0.1])])),
+}
 
 
 @pytest.fixture(params=SAMPLES.values(), ids=SAMPLES.keys())

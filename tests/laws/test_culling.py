@@ -24,6 +24,7 @@ from lightloc import (
     Observations,
     Plastic,
     PointLights,
+    Sum,
     radiance,
 )
 from lightloc.backend import types
@@ -57,6 +58,8 @@ MATERIALS: dict[str, BRDF] = {
     "very_rough": Conductor(alpha=1.5),
     "plastic": COAT,
     "mixed": Mixed((Lambert(albedo=0.5), ROUGH, COAT), np.arange(6 * WALL) * 7 % 3),
+    "sum": Sum((Lambert(albedo=0.3), SHINY)),
+    "sum_of_lambert": Sum((Lambert(albedo=0.3), Lambert(albedo=[0.1, 0.2, 0.3]))),
 }
 
 

@@ -1,4 +1,5 @@
-"""RGB is three greys, a mixture is its parts, a parameter per point is a point's own."""
+"""RGB is three greys, a mixture is its parts, a sum adds them up, a parameter per point is a
+point's own."""
 
 from dataclasses import replace
 
@@ -12,8 +13,10 @@ from lightloc import (
     Observations,
     Plastic,
     PointLights,
+    Sum,
     radiance,
     shading,
+    shading_gradient,
 )
 
 LIGHT = np.array([0.4, -0.3, 1.1])
@@ -69,6 +72,43 @@ def test_mixture_is_its_parts(facing, rng):
     for b, brdf in enumerate(brdfs):
         alone = shading(painted(q, brdf, 3), [LIGHT])
         np.testing.assert_allclose(S[index == b], alone[index == b], rtol=FEW_ULPS)
+
+
+HALVES = {
+    "lambert": (Lambert(albedo=[0.6, 0.4, 0.1]), Lambert(albedo=[0.3, 0.2, 0.05])),
+    "lobe": (Conductor(alpha=0.2, specular=0.8), Conductor(alpha=0.2, specular=0.4)),
+}
+
+
+@pytest.mark.parametrize("name", HALVES)
+def test_two_halves_are_the_whole(name, facing):
+    """f / 2 + f / 2 shades as f does, and so does its slope; half of it does not."""
+    whole, half = HALVES[name]
+    q = facing(whole, LIGHT)
+    S, slope = shading_gradient(q, LIGHTS.positions)
+    twice = shading_gradient(painted(q, Sum([half, half]), q.channels), LIGHTS.positions)
+    np.testing.assert_allclose(twice[0], S, rtol=FEW_ULPS)
+    np.testing.assert_allclose(twice[1], slope, rtol=FEW_ULPS, atol=FEW_ULPS * np.abs(slope).max())
+    assert not np.allclose(shading(painted(q, half, q.channels), LIGHTS.positions), S, rtol=0.1)
+
+
+def test_sum_adds_its_parts(facing, rng):
+    """S of a sum is the sum of each part's, grey parts in all channels; mixtures may be parts."""
+    base, lobe = Lambert(albedo=0.3), Conductor(alpha=0.3, specular=[0.9, 0.5, 0.2])
+    q = facing(Lambert(albedo=[0.5, 0.5, 0.5]), LIGHT)
+    mixed = Mixed((base, Sum([lobe])), rng.integers(0, 2, len(q)))
+    for parts in ([base, lobe], [mixed, base], [lobe, Sum([base, mixed])]):
+        alone = [shading(painted(q, part, 3), LIGHTS.positions) for part in parts]
+        S = shading(painted(q, Sum(parts), 3), LIGHTS.positions)
+        np.testing.assert_allclose(S, sum(alone), rtol=FEW_ULPS)
+
+
+def test_some_points_of_a_sum(facing):
+    """Points that are picked keep the parameters that they had."""
+    q = facing(Lambert(albedo=np.linspace(0.1, 0.9, 96)), LIGHT)
+    q = replace(q, material=Sum([q.material, Conductor(alpha=np.linspace(0.2, 0.6, 96))]))
+    some = [17, 3, 60]
+    np.testing.assert_allclose(shading(q.at(some), [LIGHT]), shading(q, [LIGHT])[some], rtol=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -46,11 +46,12 @@ def tiny_render() -> tuple[bool, str]:
     """Whether a real render of 16 probes succeeds in a child process, and what it said."""
     try:
         child = subprocess.run(
-            [sys.executable, "-c", TINY],
+            [sys.executable, "-P", "-c", TINY],
             capture_output=True,
             text=True,
             timeout=CHILD_SECONDS,
             check=False,
+            cwd="/",  # where no file is called as a standard scene is
         )
     except subprocess.TimeoutExpired:
         return False, f"no answer within {CHILD_SECONDS} s"

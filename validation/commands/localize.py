@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from validation.commands.observed import Given
-from validation.commands.outputs import FIND, SEED, SET, UNIT, parameters, writable
+from validation.commands.outputs import FIND, SEED, SET, UNIT, parameters, say, writable
 from validation.jobs import ready, write_json
 
 if TYPE_CHECKING:
@@ -131,9 +131,7 @@ def localize_command(
             watch=lambda step: bar.say(f"{step.lights} lights, chi-square {step.chi2:.3g}"),
         )
         write_json(ready(out), found.to_dict())
-    if said:
-        print(f"{observations[0]}: {said}")
-    print(found)
+    say(f"{observations[0]}: {said}\n{found}" if said else found, out)
 
 
 def point(text: str) -> list[float]:

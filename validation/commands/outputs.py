@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import os
+import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from validation.jobs import is_output, is_stream
 
 SET = Annotated[
     list[str], typer.Option("--set", help="A value for a scene parameter, as alpha=0.2.")
@@ -48,17 +51,36 @@ def writable(*paths: Path | None) -> None:
             continue
         if path.is_dir():
             raise ValueError(f"{path}: is a folder; expected a file to write")
-        parent = path.parent
-        while not parent.exists():
-            parent = parent.parent
-        if not parent.is_dir() or not os.access(parent, os.W_OK):
+        if is_stream(path):
+            good = os.access(path, os.W_OK) or is_output(path)
+        else:
+            good = _may_appear(Path(os.path.realpath(path)))
+        if not good:
             raise ValueError(f"{path}: can't be written there")
+
+
+def _may_appear(path: Path) -> bool:
+    """Whether a file may be written or replaced, with folders above it that are not there yet."""
+    if path.exists() and not os.access(path, os.W_OK):
+        return False
+    parent = path.parent
+    while not parent.exists():
+        parent = parent.parent
+    return parent.is_dir() and os.access(parent, os.W_OK)
+
+
+def say(what: object, *outputs: Path | None) -> None:
+    """Print, but not into an output that is the standard output."""
+    mixed = any(output and is_output(output) for output in outputs)
+    print(what, file=sys.stderr if mixed else sys.stdout)
 
 
 def sentence(error: Exception) -> str | None:
     """What to say of an error on one line; None of one that is no user's doing."""
     if hasattr(error, "format_message"):  # typer's, of an option or a command
         text = error.format_message()
+    elif isinstance(error, OSError) and error.strerror:
+        text = f"{error.filename}: {error.strerror}" if error.filename else error.strerror
     elif isinstance(error, (ValueError, RuntimeError, OSError, ImportError, MemoryError)):
         text = str(error)
     else:

@@ -63,4 +63,8 @@ def console() -> Console:
     """Where tables are printed: as wide as the terminal, or as a page of text."""
     from rich.console import Console
 
-    return Console(width=None if sys.stdout.isatty() else PLAIN_WIDTH, highlight=False)
+    class Plain(Console):
+        def on_broken_pipe(self) -> None:  # of its own it ends with 1: a scene crashed
+            raise BrokenPipeError
+
+    return Plain(width=None if sys.stdout.isatty() else PLAIN_WIDTH, highlight=False)

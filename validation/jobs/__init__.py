@@ -3,6 +3,8 @@
 For other rooms, in pipeline order:
 
 - `ready`: a path whose folder is there.
+- `is_stream`: whether a path is a pipe or a device.
+- `is_output`: whether a path is the standard output.
 - `write_bytes`: a file that appears whole.
 - `write_text`: the same of text.
 - `write_json`: the same of plain data.
@@ -18,13 +20,23 @@ For other rooms, in pipeline order:
 - `run`: runs them.
 """
 
-from validation.jobs.disk import read_json, ready, write_bytes, write_json, write_text
+from validation.jobs.disk import (
+    is_output,
+    is_stream,
+    read_json,
+    ready,
+    write_bytes,
+    write_json,
+    write_text,
+)
 from validation.jobs.pool import run
 from validation.jobs.provenance import made
 from validation.jobs.store import FILE, Ended, Scene, every, read, row_of, waiting
 
 __all__ = [
     "ready",
+    "is_stream",
+    "is_output",
     "write_bytes",
     "write_text",
     "write_json",

@@ -3,23 +3,66 @@
 import json
 import math
 import os
+from errno import EACCES, ELOOP
 from pathlib import Path
+from secrets import token_hex
+from stat import S_IMODE, S_ISCHR, S_ISDIR, S_ISREG
 from typing import Any
 
 
 def write_bytes(path: Path, content: bytes) -> Path:
     """Write a file and the folders above it; no reader sees half of it.
 
-    As `lightloc.files.whole` does, without lightloc: a report is drawn where Dr.Jit is not.
+    As `lightloc.files.whole` does, without lightloc: a report is drawn where Dr.Jit is not. A file
+    that is replaced keeps its permissions, a symbolic link stays one, and a pipe or a device is
+    written to and not replaced.
+
+    Raises OSError naming the path where it can't be written.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if is_stream(path):
+            own = is_output(path)
+            with open(1 if own else path, "wb", closefd=not own) as stream:
+                stream.write(content)
+        else:
+            _replace(Path(os.path.realpath(path)), content)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(path)) from None
+    return path
+
+
+def _replace(path: Path, content: bytes) -> None:
+    part = path.with_name(f".{token_hex(8)}.part")  # as short as any name, and nobody else's
+    try:
+        if path.is_symlink():  # still, once followed: it leads to itself
+            raise OSError(ELOOP, os.strerror(ELOOP))
+        if path.exists() and not os.access(path, os.W_OK):
+            raise OSError(EACCES, os.strerror(EACCES))
         part.write_bytes(content)
+        if path.exists():
+            part.chmod(S_IMODE(path.stat().st_mode))
         part.replace(path)
     finally:
         part.unlink(missing_ok=True)
-    return path
+
+
+def is_stream(path: Path) -> bool:
+    """Whether a path is there and no file or folder: a pipe, a device, the standard output."""
+    try:
+        mode = path.stat().st_mode
+    except OSError:
+        return False
+    return not (S_ISREG(mode) or S_ISDIR(mode)) or is_output(path)
+
+
+def is_output(path: Path) -> bool:
+    """Whether a path is what the standard output goes to, as /dev/stdout is."""
+    try:
+        there = path.stat()
+        return os.path.samestat(there, os.fstat(1)) and not S_ISCHR(there.st_mode)
+    except OSError:
+        return False
 
 
 def write_text(path: Path, content: str) -> Path:

@@ -22,9 +22,9 @@ from validation.jobs.one import DIED, Each, one
 from validation.jobs.store import Ended, Scene, appending, waiting
 
 # Scenes are run side by side, so that each may have one thread and its runtime means something.
-ONE_THREAD = dict.fromkeys(
-    ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS"), "1"
-)
+ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS")
+# A worker starts in the user's folder, and must not import what lies there.
+WORKER = {**dict.fromkeys(ONE_THREAD, "1"), "PYTHONSAFEPATH": "1"}
 PARENT_SECONDS = 1.0  # how often a worker looks whether its parent is still there
 
 
@@ -94,6 +94,8 @@ def _remote(scene: Scene, dask: str) -> AbstractContextManager[Each]:
 
 @contextmanager
 def _local(scene: Scene, jobs: int, threads: int, limit: float) -> Iterator[Each]:
+    # where /dev/shm can't be written to, we say so in a sentence
+    warnings.filterwarnings("ignore", ".*joblib will operate in serial mode", UserWarning)
     from joblib import cpu_count
 
     run_one = partial(one, scene, threads=threads)
@@ -134,7 +136,10 @@ def _until_one_fails(
 
     # loky replaces workers that have grown, between two scenes: nothing is lost
     warnings.filterwarnings("ignore", "A worker stopped while some jobs", UserWarning)
-    pool = ProcessPoolExecutor(jobs, initializer=_belong_to_the_run, env=ONE_THREAD)
+    try:
+        pool = ProcessPoolExecutor(jobs, initializer=_belong_to_the_run, env=WORKER)
+    except OSError as error:
+        raise RuntimeError(f"/dev/shm: no processes can share it ({error.strerror})") from None
     running: dict[Any, tuple[str, float]] = {}  # a future: its scene, and when it must have ended
     try:
         while queue or running:

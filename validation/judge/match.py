@@ -28,7 +28,7 @@ class Pair:
         The same, percent of the diagonal.
     intensity_percent : tuple of float
         Error of the intensity, a value per channel, percent of the true one; of the brightest
-        channel where that is 0.
+        channel where that is 0. NaN in a channel in which one of the two is unknown.
 
     Examples
     --------
@@ -102,8 +102,9 @@ class Comparison:
 
     @property
     def worst_intensity_percent(self) -> float | None:
-        """The largest error of an intensity, percent of the true one; None without a pair."""
-        return max((max(pair.intensity_percent) for pair in self.pairs), default=None)
+        """The largest error of a known intensity, percent of the true one; None without any."""
+        errors = (error for pair in self.pairs for error in pair.intensity_percent)
+        return max((error for error in errors if not np.isnan(error)), default=None)
 
     def __str__(self) -> str:
         rows = [
@@ -111,7 +112,9 @@ class Comparison:
             f"precision {self.precision:.2f}, recall {self.recall:.2f}"
         ]
         for pair in self.pairs:
-            errors = ", ".join(f"{e:.3g} %" for e in pair.intensity_percent)
+            errors = ", ".join(
+                "unknown" if np.isnan(e) else f"{e:.3g} %" for e in pair.intensity_percent
+            )
             rows.append(
                 f"  light {pair.true + 1}: {pair.distance:.3g} m "
                 f"({pair.distance_percent:.3g} % of the diagonal), intensity {errors}"
@@ -185,5 +188,5 @@ def compare(
 
 def _percent(found: NDArray, true: NDArray) -> tuple[float, ...]:
     found, true = np.broadcast_arrays(found, true)
-    scale = np.where(true > 0, true, max(true.max(), np.finfo(float).tiny))
+    scale = np.where(true > 0, true, max(np.nan_to_num(true).max(), np.finfo(float).tiny))
     return tuple(float(e) for e in 100 * np.abs(found - true) / scale)

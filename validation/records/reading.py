@@ -41,6 +41,8 @@ def read_result(folder: Path) -> tuple[Result, dict[str, Any]]:
         If the file is missing or broken, or speaks of lights that it does not list.
     """
     path = folder / "result.json"
+    if not path.exists():
+        raise ValueError(f"{path} is missing; `lightloc validate` goes on where it was stopped.")
     result, content = read_checked(Result, path)
     if result.name != folder.name:
         raise ValueError(f"{path} is the result of another case, {result.name!r}.")

@@ -47,7 +47,7 @@ def run_case(case: Case, folder: Path, command: str) -> dict[str, Any]:
     forget_peak()
     clock = _Clock()
     values: dict[str, Any] = dict(case.parameters)
-    room = render.load(case.scene, find=case.find, unit=case.unit, **values)
+    room = render.load(case.scene_file, find=case.find, unit=case.unit, **values)
     if case.lights:
         table = np.array(case.lights)
         room = render.relight(room, PointLights(table[:, :3], table[:, 3:]))

@@ -7,7 +7,7 @@ import tomllib
 from pathlib import Path
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, ValidationError
 
 Corner = tuple[float, float, float]
 
@@ -15,6 +15,7 @@ Corner = tuple[float, float, float]
 class Case(BaseModel):
     """One row: a scene, how it is observed, what must come out and how near.
 
+    ``scene`` is a file, as its path from the suite's folder, or the name of a standard scene.
     ``lights``, rows of [x, y, z, intensity], take the place of the scene's own where given. With
     ``rendered``, the indirect light of what is found is rendered.
     """
@@ -40,10 +41,18 @@ class Case(BaseModel):
     closed_form: bool = False  # also judge B itself, in the integrating sphere
     position_percent: float = Field(gt=0)
     intensity_percent: float = Field(gt=0)
+    _folder: Path = PrivateAttr(default=Path())  # of the suite
 
     @property
     def alpha(self) -> float | None:
         return self.parameters.get("alpha")
+
+    @property
+    def scene_file(self) -> Path:
+        """The file of the scene, whichever folder the suite is run from."""
+        own = self._folder / self.scene
+        packaged = _packaged(self.scene, ".xml")
+        return packaged if packaged and not own.is_file() else own
 
 
 def read_suite(path: str | Path) -> tuple[str, list[Case]]:
@@ -52,12 +61,9 @@ def read_suite(path: str | Path) -> tuple[str, list[Case]]:
     What stands under ``[defaults]`` holds for every row that does not say otherwise.
     Raises ValueError naming the file, the case and the field.
     """
-    file = Path(path)
+    file = _packaged(str(path), ".toml") or Path(path)
     if not file.is_file():
-        packaged = importlib.resources.files("scenes") / f"{path}.toml"
-        if not packaged.is_file():
-            raise ValueError(f"{path}: no such suite file")
-        file = Path(str(packaged))
+        raise ValueError(f"{path}: no such suite file")
     try:
         content = tomllib.loads(file.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
@@ -71,14 +77,24 @@ def read_suite(path: str | Path) -> tuple[str, list[Case]]:
     cases = []
     for row in rows:
         try:
-            cases.append(Case(**{**defaults, **row}))
+            case = Case(**{**defaults, **row})
         except ValidationError as error:
             first = error.errors()[0]
             field = ".".join(str(part) for part in first["loc"]) or "row"
             name = row.get("name", "?")
             raise ValueError(f"{file}: case '{name}': {field}: {first['msg']}") from None
+        case._folder = file.parent
+        cases.append(case)
     names = [case.name for case in cases]
     for name in names:
         if names.count(name) > 1:
             raise ValueError(f"{file}: two cases are called '{name}'")
     return str(content.get("name", file.stem)), cases
+
+
+def _packaged(name: str, suffix: str) -> Path | None:
+    """The file of that name that comes with the package; None where there is none."""
+    if Path(name).name != name:
+        return None
+    file = Path(str(importlib.resources.files("scenes"))) / f"{name.removesuffix(suffix)}{suffix}"
+    return file if file.is_file() else None

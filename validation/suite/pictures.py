@@ -19,6 +19,7 @@ from lightloc import (
     vote,
 )
 from lightloc.fields import NO_LIMITER
+from lightloc.files import whole
 from render import Room
 
 SLICE = 16_000  # cells of the slice through D, L and V: about 140 x 115
@@ -31,7 +32,7 @@ VIEW_SPP, VIEW_WIDTH = 24, 208  # the picture only; the judge counts on the prob
 def save_room(path: Path, room: Room, seen: Observations, z: NDArray) -> None:
     """room.npz: triangles, observed points, B(q) and residuals in standard errors."""
     vertices, faces = render.triangles(room)
-    np.savez_compressed(
+    _save(
         path,
         vertices=vertices.astype(np.float32),
         faces=faces.astype(np.int32),
@@ -43,9 +44,13 @@ def save_room(path: Path, room: Room, seen: Observations, z: NDArray) -> None:
 
 
 def save_fields(path: Path, room: Room, seen: Observations, found: Localization) -> None:
-    """fields.npz: D, L and V of the direct light on the slice through the brightest true light."""
+    """fields.npz: D, L and V of the direct light on the slice through the brightest true light.
+
+    Where there is none, the slice lies in the middle.
+    """
     lower, upper = seen.bounds
-    lower[2] = upper[2] = room.lights.brightest_first().positions[0, 2]
+    at = room.lights.brightest_first().positions if len(room.lights) else seen.bounds.mean(axis=0)
+    lower[2] = upper[2] = np.atleast_2d(at)[0, 2]
     grid = Grid.over([lower, upper], SLICE)
     q = seen.with_radiance(found.direct, found.sigma)
     D, L = intensity_distance(q, grid.points, room.geometry, margin=MARGIN)
@@ -57,7 +62,7 @@ def save_fields(path: Path, room: Room, seen: Observations, found: Localization)
 
     none = L[:, 0] == NO_LIMITER
     limiter = np.where(none[:, None], np.nan, q.positions[np.where(none, 0, L[:, 0])])
-    np.savez_compressed(
+    _save(
         path,
         D=image(D[:, 0]).astype(np.float32),
         L=image(np.where(none, -1, L[:, 0].astype(np.int64))).astype(np.int32),
@@ -84,4 +89,9 @@ def save_view(folder: Path, room: Room, lights: PointLights, transport: Any, see
     true = photograph(room)
     render.write_exr(true, folder / "view.exr")
     found = photograph(render.relight(room, lights)).film if len(lights) else true.film * 0
-    np.savez_compressed(folder / "view.npz", rendered=true.film, rerendered=found)
+    _save(folder / "view.npz", rendered=true.film, rerendered=found)
+
+
+def _save(path: Path, **arrays: Any) -> None:
+    with whole(path) as part, part.open("wb") as file:
+        np.savez_compressed(file, **arrays)

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
+from shlex import quote
 from typing import Any
 
 from validation.jobs import Ended, run, waiting, write_json
@@ -16,6 +17,7 @@ from validation.records import SCHEMA
 from validation.suite.cases import Case
 
 OUTCOMES = ("passed", "failed", "shown", "crashed")
+LEFT = ("result.json", "observations.npz", "room.npz", "fields.npz", "view.npz", "view.exr")
 LIMIT = 300.0  # seconds after which a case counts as crashed
 
 
@@ -52,6 +54,8 @@ class Cases:
     def __call__(self, name: str) -> Done:
         case, folder = self.case(name), self.folder(name)
         folder.mkdir(parents=True, exist_ok=True)
+        for former in LEFT:  # else a room that crashes would be drawn as it was
+            (folder / former).unlink(missing_ok=True)
         result = self.one(case, folder, self.command(name))
         return Done(name, result["outcome"], result.get("peak_mb", 0))
 
@@ -67,7 +71,7 @@ class Cases:
         case = self.case(name)
         yield case.model_dump_json()
         try:
-            yield from render.files_of(case.scene, **case.parameters)
+            yield from render.files_of(case.scene_file, **case.parameters)
         except (ValueError, RuntimeError, OSError):  # it will crash, and say why
             return
 
@@ -80,8 +84,9 @@ class Cases:
         return self.out / "cases" / name
 
     def command(self, name: str) -> str:
-        """What repeats a case."""
-        where = "" if self.suite == "standard" else f"--suite {self.suite} "
+        """What repeats a case, in any folder."""
+        suite = Path(self.suite).resolve()
+        where = "" if self.suite == "standard" else f"--suite {quote(str(suite))} "
         return f"lightloc validate {where}--case {name}"
 
     def result(self, name: str) -> dict[str, Any] | None:
