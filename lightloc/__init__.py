@@ -23,6 +23,7 @@ from lightloc.given import (
     Options,
     OtherwiseLit,
     PointLights,
+    read_readings,
     remove_known,
 )
 from lightloc.interreflection import remove_indirect
@@ -44,6 +45,7 @@ __all__ = [  # in pipeline order
     "Irradiance",
     "BRDF",
     "Observations",
+    "read_readings",
     "Geometry",
     "Interreflecting",
     "OtherwiseLit",

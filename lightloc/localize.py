@@ -121,6 +121,8 @@ def localize(
     measured, used = looked_at(observations, geometry)
     rest = remove_known(measured, geometry, seed=seed)
     seen = without_black(rest)
+    if isinstance(o, Options) and seen.relative_sigma:
+        o = replace(o, noise="estimate")
     if isinstance(o, Options) and seen.sigma is None:
         seen, o = presumed(seen), replace(o, noise="estimate")
     region = Region.of(observations, geometry, bounds)

@@ -90,7 +90,7 @@ def photograph(
     pixels = _pixels(room, sensor, width, height)
     si = room.scene.ray_intersect(pixels.rays(dr.arange(mi.UInt32, pixels.count)))
     dr.eval(si)
-    shape = _shape_index(room, si)
+    shape = shape_index(room, si)
     hit = shape != NOTHING
 
     def layer(values: NDArray) -> NDArray:
@@ -104,7 +104,7 @@ def photograph(
         albedo[hit], roughness[hit] = appearance(material_at(seen), int(hit.sum()))
     surface = {
         "shape": shape.reshape(pixels.height, pixels.width),
-        "normal": layer(_numpy(_towards(si.sh_frame.n, si))),
+        "normal": layer(_numpy(towards(si.sh_frame.n, si))),
         "albedo": layer(albedo),
         "roughness": layer(roughness),
     }
@@ -133,14 +133,14 @@ def photograph(
         more, sigma = np.zeros((2, pixels.count, 3))
         more[hit], sigma[hit] = known_light(room.known, x, w, spp, seed, transport)
         B, variance = B + layer(more), variance + sigma**2
-        lamps, sky = _emitted(room, si)
-        pure &= ~lamps
+        emitting, sky = _emitted(room, si)
+        pure &= ~emitting
         film += np.where(hit[:, None], more, sky)
     return View(
         radiance=B,
         variance=layer(variance),
         position=position,
-        facet=layer(_numpy(_towards(si.n, si))),
+        facet=layer(_numpy(towards(si.n, si))),
         pure=layer(pure),
         film=np.maximum(film, 0).reshape(pixels.height, pixels.width, 3),
         camera=pixels.pinhole,
@@ -150,7 +150,7 @@ def photograph(
 
 
 @dataclass(frozen=True)
-class _Pixels:
+class Pixels:
     """The pixels of a sensor, counted row by row from the top left."""
 
     sensor: Any
@@ -189,7 +189,8 @@ class _Pixels:
         return self.rays(pixel, across / (GRID - 1), down / (GRID - 1)), pixel
 
 
-def _pixels(room: Room, sensor: int, width: int | None, height: int | None) -> _Pixels:
+def pinhole(room: Room, sensor: int) -> Any:
+    """One of the scene's sensors; raises ValueError where there is none or it is no pinhole."""
     sensors = room.scene.sensors()
     if not 0 <= sensor < len(sensors):
         raise ValueError(f"{room.path}: has no sensor {sensor} (it has {len(sensors)})")
@@ -198,6 +199,11 @@ def _pixels(room: Room, sensor: int, width: int | None, height: int | None) -> _
         raise ValueError(
             f"{room.path}: sensor {sensor} is a {chosen.class_name()}; expected a perspective one"
         )
+    return chosen
+
+
+def _pixels(room: Room, sensor: int, width: int | None, height: int | None) -> Pixels:
+    chosen = pinhole(room, sensor)
     columns, rows = (int(side) for side in chosen.film().crop_size())
     for name, side in (("width", width), ("height", height)):
         if side is not None and side < 1:
@@ -206,17 +212,24 @@ def _pixels(room: Room, sensor: int, width: int | None, height: int | None) -> _
         width = columns if height is None else max(1, round(height * columns / rows))
     if height is None:
         height = max(1, round(width * rows / columns))
-    return _Pixels(chosen, width, height, columns / (rows * width))
+    return Pixels(chosen, width, height, columns / (rows * width))
 
 
-def _footprint(room: Room, pixels: _Pixels, block: NDArray, centre: Any) -> tuple[Any, Any]:
+def _footprint(room: Room, pixels: Pixels, block: NDArray, centre: Any) -> tuple[Any, Any]:
     """Of some pixels: whether each is pure (n,), and its mean direct radiance (n, 3)."""
+    pure, si = purity(room, pixels, block, centre)
+    B = np.where(np.array(si.is_valid())[:, None], direct(room.scene, si), 0)
+    return pure, WEIGHTS @ B.reshape(-1, GRID**2, 3)
+
+
+def purity(room: Room, pixels: Pixels, block: NDArray, centre: Any) -> tuple[Any, Any]:
+    """Of some pixels: whether each is pure (n,), and what its GRID x GRID rays hit."""
     ray, pixel = pixels.footprints(block)
     si = room.scene.ray_intersect(ray)
     dr.eval(si)
     c = dr.gather(mi.SurfaceInteraction3f, centre, pixel)
-    n, away = _towards(c.sh_frame.n, c), si.p - c.p
-    bend = dr.norm(_towards(si.sh_frame.n, si) - n)
+    n, away = towards(c.sh_frame.n, c), si.p - c.p
+    bend = dr.norm(towards(si.sh_frame.n, si) - n)
     leave = dr.abs(dr.dot(c.n, away)) - SMOOTH * dr.norm(away)
     same = si.is_valid() & c.is_valid() & (si.shape == c.shape) & (si.instance == c.instance)
     same &= (bend < SMOOTH) & (leave < TINY * room.diagonal)
@@ -226,27 +239,30 @@ def _footprint(room: Room, pixels: _Pixels, block: NDArray, centre: Any) -> tupl
     flags = c.bsdf().flags()
     same &= (mi.Frame3f.cos_theta(c.wi) > 0) | two_sided(flags)
     same &= scatters(flags) & ~transmits(flags)
-    B = np.where(np.array(si.is_valid())[:, None], direct(room.scene, si), 0)
-    pure = np.array(same).reshape(-1, GRID**2).all(axis=1)
-    return pure, WEIGHTS @ B.reshape(-1, GRID**2, 3)
+    return np.array(same).reshape(-1, GRID**2).all(axis=1), si
+
+
+def lamps(room: Room, si: Any) -> NDArray[np.bool_]:
+    """(n,) bool: which interactions are with a surface that emits known light."""
+    shapes = room.known.shapes() if room.known else []
+    emitting = [place for place, shape in enumerate(shapes) if shape.is_emitter()]
+    return np.isin(shape_index(room, si), emitting)
 
 
 def _emitted(room: Room, si: Any) -> tuple[NDArray, NDArray]:
     """Of n pixels: which show a lamp, (n,), and the radiance of the sky there, (n, 3)."""
-    lamps = [place for place, shape in enumerate(room.known.shapes()) if shape.is_emitter()]
-    shown = np.isin(_shape_index(room, si), lamps)
     behind = room.known.environment()
     sky = np.zeros(3) if behind is None else _numpy(behind.eval(si))
-    return shown, np.broadcast_to(sky, (len(shown), 3))
+    return lamps(room, si), np.broadcast_to(sky, (dr.width(si), 3))
 
 
-def _likeness_of_rays(room: Room, pixels: _Pixels, block: NDArray) -> NDArray[np.float64]:
+def _likeness_of_rays(room: Room, pixels: Pixels, block: NDArray) -> NDArray[np.float64]:
     """(n, GRID^2, f) features of what the rays of some pixels hit; see `likeness`."""
     ray, _ = pixels.footprints(block)
     si = room.scene.ray_intersect(ray)
     dr.eval(si)
     found = likeness(
-        _numpy(si.p), _numpy(_towards(si.sh_frame.n, si)), _shape_index(room, si), room.diagonal
+        _numpy(si.p), _numpy(towards(si.sh_frame.n, si)), shape_index(room, si), room.diagonal
     )
     return found.reshape(len(block), GRID**2, -1)
 
@@ -258,12 +274,12 @@ def _fingerprint(si: Any) -> Any:
     return si.bsdf().eval(mi.BSDFContext(), above, above.wi)
 
 
-def _towards(n: Any, si: Any) -> Any:
+def towards(n: Any, si: Any) -> Any:
     """The normal on the side that is seen."""
     return dr.select(dr.dot(n, si.to_world(si.wi)) < 0, -n, n)
 
 
-def _shape_index(room: Room, si: Any) -> NDArray[np.int32]:
+def shape_index(room: Room, si: Any) -> NDArray[np.int32]:
     """The place in the scene's list of each shape that was hit, `NOTHING` where none was."""
     within = np.array(dr.reinterpret_array(mi.UInt32, si.instance))
     number = np.where(within, within, np.array(dr.reinterpret_array(mi.UInt32, si.shape)))

@@ -11,6 +11,8 @@ from __future__ import annotations
 
 import re
 import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -82,10 +84,10 @@ def write_exr(view: View, path: str | Path) -> None:
         with whole(path) as part:
             file = oiio.ImageOutput.create("exr")
             if file is None:
-                raise ValueError(f"{path}: can't be written ({_one_line(oiio.geterror())})")
+                raise ValueError(f"{path}: can't be written ({one_line(oiio.geterror())})")
             done = file.open(str(part), spec) and file.write_image(pixels)
             if not (file.close() and done):
-                said = _one_line(file.geterror().replace(str(part), path.name))
+                said = one_line(file.geterror().replace(str(part), path.name))
                 raise ValueError(f"{path}: can't be written ({said})")
     except OSError as error:
         raise ValueError(f"{path}: can't be written ({error.strerror})") from None
@@ -119,6 +121,17 @@ def read_exr(path: str | Path) -> View:
         ...
     ValueError: gone.exr: no such file
     """
+    with opened(path) as file:
+        parts = _read(path, file)
+    try:
+        return View(**parts)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+
+
+@contextmanager
+def opened(path: str | Path) -> Iterator[oiio.ImageInput]:
+    """An EXR file to be read; raises ValueError naming it where it is none."""
     try:
         with open(regular(path), "rb") as start:
             magic = start.read(len(MAGIC))
@@ -130,17 +143,44 @@ def read_exr(path: str | Path) -> View:
     try:
         file = oiio.ImageInput.open(str(path))
         if file is None:
-            raise ValueError(f"{path}: a damaged EXR file ({_one_line(oiio.geterror())})")
-        parts = _read(path, file)
+            raise ValueError(f"{path}: a damaged EXR file ({one_line(oiio.geterror())})")
+        yield file
     except UnicodeDecodeError:
         raise ValueError(f"{path}: a damaged EXR file (a name in it is not text)") from None
     finally:
         if file is not None:
             file.close()
-    try:
-        return View(**parts)
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}") from None
+
+
+def is_view(path: str | Path) -> bool:
+    """Tell views, which `write_exr` wrote, from pictures by other programs.
+
+    Parameters
+    ----------
+    path : str or Path
+        An EXR file.
+
+    Returns
+    -------
+    bool
+        Whether it says that it is a view.
+
+    Raises
+    ------
+    ValueError
+        If there is no such file or it is no EXR file; the message names it.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from render import is_view, load, photograph, write_exr
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_exr(photograph(load("box_one"), width=4, transport="direct"), f"{folder}/a.exr")
+    ...     is_view(f"{folder}/a.exr")
+    True
+    """
+    with opened(path) as file:
+        return bool(file.spec().get_string_attribute("lightloc:format"))
 
 
 def _read(path: str | Path, file: oiio.ImageInput) -> dict[str, Any]:
@@ -149,11 +189,16 @@ def _read(path: str | Path, file: oiio.ImageInput) -> dict[str, Any]:
     style, transport, checksum = (
         spec.get_string_attribute(f"lightloc:{name}") for name in ("format", "transport", "crc32")
     )
+    if not style:
+        raise ValueError(
+            f"{path}: lightloc:format is ''; expected {FORMAT} (observe_picture reads what other "
+            "programs wrote)"
+        )
     if style != FORMAT:
-        raise ValueError(f"{path}: lightloc:format is '{_one_line(style)}'; expected {FORMAT}")
+        raise ValueError(f"{path}: lightloc:format is '{one_line(style)}'; expected {FORMAT}")
     if transport not in ("direct", "full"):
         raise ValueError(
-            f"{path}: lightloc:transport is '{_one_line(transport)}'; expected direct or full"
+            f"{path}: lightloc:transport is '{one_line(transport)}'; expected direct or full"
         )
     camera = spec.getattribute("lightloc:camera")
     if np.shape(camera) != (3,):
@@ -164,7 +209,7 @@ def _read(path: str | Path, file: oiio.ImageInput) -> dict[str, Any]:
             raise ValueError(f"{path}: channel {name} is missing")
     pixels = file.read_image(0, 0, 0, spec.nchannels, oiio.FLOAT)
     if pixels is None:
-        raise ValueError(f"{path}: pixels are missing or damaged ({_one_line(file.geterror())})")
+        raise ValueError(f"{path}: pixels are missing or damaged ({one_line(file.geterror())})")
     layers = {
         layer: pixels[:, :, [place[name] for name in channels]]
         for layer, channels in CHANNELS.items()
@@ -183,7 +228,7 @@ def _checksum(pixels: NDArray, camera: ArrayLike) -> str:
     return f"{zlib.crc32(b''.join(parts)):08x}"
 
 
-def _one_line(text: str) -> str:
+def one_line(text: str) -> str:
     """The first of OpenImageIO's complaints, short, without the path and code before each."""
     parts = re.split(r"EXR Error \(.*?\): EXR_ERR_\w+", " ".join(text.split()))
     first = next((part.strip() for part in parts if part.strip()), "")

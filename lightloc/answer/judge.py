@@ -102,6 +102,7 @@ def localization(
         counts=counts,
         assumed=tuple(assumption for assumption, holds in assumed.items() if holds),
         unit=q.unit,
+        intensity_unit=q.power,
     )
 
 

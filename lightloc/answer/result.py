@@ -135,6 +135,8 @@ class Localization:
         How interreflected light was treated.
     unit : str
         The unit of length.
+    intensity_unit : str
+        The unit of intensities.
 
     Examples
     --------
@@ -175,6 +177,7 @@ class Localization:
     assumed: tuple[Assumption, ...] = ()
     way: Way = Way.DIRECT
     unit: str = "m"
+    intensity_unit: str = "W/sr"
 
     @property
     def outliers(self) -> int:
@@ -187,10 +190,10 @@ class Localization:
         Returns
         -------
         dict
-            ``format``, ``unit``, ``lights`` (a dict each; `PointLights.load` reads them from a
-            file), ``reason``, ``verdicts``, ``chi2``, ``certificate``, ``ambient``, ``noise``,
-            ``counts``, ``relative``, ``assumed`` and ``way``. Members of enumerations go by their
-            names. None stands for a number that is infinite or NaN.
+            ``format``, ``unit``, ``intensity_unit``, ``lights`` (a dict each; `PointLights.load`
+            reads them from a file), ``reason``, ``verdicts``, ``chi2``, ``certificate``,
+            ``ambient``, ``noise``, ``counts``, ``relative``, ``assumed`` and ``way``. Members of
+            enumerations go by their names. None stands for a number that is infinite or NaN.
 
         Examples
         --------
@@ -277,7 +280,6 @@ class Localization:
             raise ValueError(f"{path}: {printable(said)}") from None
 
     def __str__(self) -> str:
-        power = "W/sr" if self.unit == "m" else f"W sr^-1 m^-2 {self.unit}^2"
         rows = [f"{len(self.lights)} light(s). {self.reason.value}"]
         for p, I, dp, dI in zip(
             self.lights.positions,
@@ -291,7 +293,7 @@ class Localization:
                 "unknown" if np.isnan(a) else f"{a:.4f} ± {e:.1g}"
                 for a, e in zip(I, dI, strict=True)
             )
-            rows.append(f"  ({where}) {self.unit}   {bright} {power}")
+            rows.append(f"  ({where}) {self.unit}   {bright} {self.intensity_unit}")
         rows += [f"  {verdict.sentence}" for verdict in self.verdicts]
         return "\n".join(rows)
 

@@ -39,6 +39,7 @@ def plain(found: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "format": FORMAT,
         "unit": found["unit"],
+        "intensity_unit": found["intensity_unit"],
         "lights": [dict(zip(names, map(known, row), strict=True)) for row in rows],
         "reason": found["reason"].name,
         "verdicts": [
@@ -132,7 +133,8 @@ def read(path: str | Path) -> dict[str, Any]:
     return {
         "lights": found,
         **{name: keys[name] for name in ARRAYS},
-        **{name: answer[name] for name in ("chi2", "certificate", "relative", "unit")},
+        **{name: answer[name] for name in ("chi2", "certificate", "relative")},
+        **{name: answer[name] for name in ("unit", "intensity_unit")},
         "inseparable": tuple(pairs),
         "verdicts": tuple(
             Verdict(Kind[v["kind"]], tuple(v["lights"]), v["sentence"]) for v in answer["verdicts"]

@@ -4,6 +4,7 @@ For other rooms, in pipeline order:
 
 - `PointLights`: positions and radiant intensities; what is given as truth, and what is found.
 - `Observations`: the set Q of section 3.1 with its radiance B(q) and standard errors.
+- `read_readings`: a light meter's or luminance meter's readings from a CSV file.
 - `Geometry`: what occludes, as a value with two functions over Dr.Jit arrays.
 - `Interreflecting`: one that can render the light between its surfaces too.
 - `OtherwiseLit`: one that can render the light of known emitters.
@@ -17,10 +18,12 @@ from lightloc.given.known import remove_known
 from lightloc.given.lights import PointLights
 from lightloc.given.observations import Observations
 from lightloc.given.options import Options
+from lightloc.given.readings import read_readings
 
 __all__ = [
     "PointLights",
     "Observations",
+    "read_readings",
     "Geometry",
     "Interreflecting",
     "OtherwiseLit",

@@ -70,6 +70,12 @@ class Observations:
         are not. `localize` adds the error of the rounding to ``sigma``.
     unit : str
         The unit of length, a word for prints and files: no result depends on it.
+    relative_sigma : bool
+        Whether ``sigma`` is right but for one factor, which `localize` then estimates, as with
+        ``Options(noise="estimate")``.
+    intensity_unit : str
+        The unit of intensities, a word too: "cd" where ``radiance`` is luminance or illuminance.
+        Where empty, it is that of ``radiance`` times the square of ``unit``.
 
     Raises
     ------
@@ -77,7 +83,7 @@ class Observations:
         If there is no observation at all, a shape does not fit, a value is not finite, ``sigma`` or
         ``step`` is negative, a radiance is negative and exact, a vector has length zero, a region
         has no name, directions are missing, ``material`` is no BRDF or has other points or more
-        channels, or ``unit`` is no word.
+        channels, or a unit is no word.
 
     Notes
     -----
@@ -107,6 +113,8 @@ class Observations:
     saturated: NDArray[np.bool_]
     step: float
     unit: str
+    relative_sigma: bool
+    intensity_unit: str
 
     def __init__(
         self,
@@ -124,6 +132,8 @@ class Observations:
         saturated: ArrayLike | None = None,
         step: float = 0.0,
         unit: str = "m",
+        relative_sigma: bool = False,
+        intensity_unit: str = "",
     ) -> None:
         x = array("Observations.positions", positions, (None, 3))
         n = len(x)
@@ -169,6 +179,12 @@ class Observations:
         put(self, "saturated", clipped)
         put(self, "step", float(array("Observations.step", step, (), least=0.0)))
         put(self, "unit", unit_word("Observations.unit", unit))
+        if not isinstance(relative_sigma, bool | np.bool_):
+            raise ValueError(f"Observations.relative_sigma is {relative_sigma!r}; expected a bool")
+        put(self, "relative_sigma", bool(relative_sigma))
+        if not isinstance(intensity_unit, str) or not intensity_unit.isprintable():
+            raise ValueError("Observations.intensity_unit is no word; expected one, as 'cd'")
+        put(self, "intensity_unit", intensity_unit)
 
     def __len__(self) -> int:
         return len(self.positions)
@@ -192,6 +208,13 @@ class Observations:
     def quantity(self) -> Literal["radiance", "irradiance"]:
         """What ``radiance`` holds, which is irradiance where the material is `Irradiance`."""
         return "irradiance" if isinstance(self.material, brdf.Irradiance) else "radiance"
+
+    @property
+    def power(self) -> str:
+        """The unit of intensities: ``intensity_unit``, or that of radiance times unit squared."""
+        return self.intensity_unit or (
+            "W/sr" if self.unit == "m" else f"W sr^-1 m^-2 {self.unit}^2"
+        )
 
     @property
     def known_sigma(self) -> NDArray[np.float64]:
@@ -302,8 +325,8 @@ class Observations:
         - ``material``, the name of its type, and each parameter as ``material.NAME``; of a
           `Mixed`, ``material.index``, and of that and a `Sum` the parts as ``material.0``,
           ``material.1`` and so on;
-        - ``facets``, ``regions``, ``region_names``, ``saturated``, ``step`` and ``unit``, which a
-          file need not have.
+        - ``facets``, ``regions``, ``region_names``, ``saturated``, ``step``, ``unit``,
+          ``relative_sigma`` and ``intensity_unit``, which a file need not have.
 
         Examples
         --------
@@ -357,7 +380,7 @@ class Observations:
         keys = archive(path, "observations", (FORMAT, *OLD_FORMATS))
         try:
             given: dict[str, Any] = {name: keys[name] for name in STORED if name in keys}
-            given |= {name: given[name].item() for name in ("step", "unit") if name in given}
+            given |= {name: given[name].item() for name in WORDS if name in given}
             for name in NEEDED:
                 keys[name]  # or it is missing
             if not keys["sigma"].size:
@@ -372,8 +395,12 @@ class Observations:
 STORED = (
     *("positions", "normals", "directions", "radiance", "sigma", "facets", "interreflected"),
     *("regions", "region_names", "saturated", "step", "unit"),
+    *("relative_sigma", "intensity_unit"),
 )
 """Fields that a file holds beside the material."""
+
+WORDS = ("step", "unit", "relative_sigma", "intensity_unit")
+"""Those that are no arrays."""
 
 NEEDED = ("positions", "normals", "directions", "radiance", "sigma", "interreflected")
 """Those that it can't do without."""

@@ -461,6 +461,62 @@ def test_options_that_do_not_go_together_are_refused(options, said, arrays, tmp_
     assert_refused(tmp_path, ("localize", "seen.npz", *options), *said)
 
 
+def test_readings_from_the_command_line(tmp_path):
+    """A CSV file gives lights in cd, and what was read is said; options of pictures are refused."""
+    x = np.random.default_rng(2).uniform(-2, 2, (200, 3)) * [1, 1, 0]
+    meter = lightloc.Observations(
+        positions=x,
+        normals=[[0, 0, 1]] * 200,
+        radiance=np.zeros(200),
+        material=lightloc.Irradiance(),
+    )
+    lux = lightloc.radiance(meter, PointLights([[0.3, 0.2, 1.5]], [50.0]))[:, 0]
+    rows = [f"{100 * a},{100 * b},0,0,0,1,{E},1" for (a, b, _), E in zip(x, lux, strict=True)]
+    header = "x (cm),y (cm),z (cm),nx,ny,nz,lux,error [%]"
+    (tmp_path / "r.csv").write_text("\n".join([header, *rows]))
+    done = lightloc_command("localize", "r.csv", "-o", "found.json", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    first, _, light = done.stdout.splitlines()[:3]
+    assert first == "r.csv: 200 readings of irradiance, lengths in cm, errors given"
+    assert " cm " in light and light.endswith(" cd")
+    found = json.loads((tmp_path / "found.json").read_text())
+    assert found["intensity_unit"] == "cd"
+    np.testing.assert_allclose(found["lights"][0]["intensity"], [50], rtol=0.01)
+    assert_refused(tmp_path, ("localize", "r.csv", "--sensor", "0"), "--sensor", "r.csv")
+    assert_refused(tmp_path, ("localize", "r.csv", "--unit", "m"), "r.csv", "is cm, not m")
+    (tmp_path / "r.csv").write_text(f"{header}\n0,0,0,0,0,1,dark,1\n")
+    assert_refused(tmp_path, ("localize", "r.csv"), "r.csv: line 2, column lux: 'dark' is not a")
+
+
+def test_pictures_from_the_command_line(tmp_path):
+    """What a picture needs is said, in one sentence; with its scene its lights are found."""
+    room = render.load("box_one")
+    import mitsuba as mi
+
+    sensor = room.scene.sensors()[0]
+    values = mi.traverse(sensor)
+    values["film.size"] = [64, 48]
+    values.update()
+    path = mi.load_dict({"type": "path", "max_depth": 2})
+    mi.render(room.scene, sensor=sensor, integrator=path, spp=64)
+    sensor.film().write(str(tmp_path / "a.exr"))
+    scene = ("--scene", "box_one", "--transport", "direct")
+    done = lightloc_command("localize", "a.exr", *scene, "-o", "found.json", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("a.exr: 64 x 48 pixels; colours: linear Rec. 709 (assumed); "), (
+        done.stdout
+    )
+    judged = lightloc_command("compare", "found.json", "box_one", cwd=tmp_path)
+    assert judged.returncode == 0, judged.stdout
+    for options, *said in (
+        ((), "a.exr: does not say what its pixels show", "lightloc render --view"),
+        (("--scene", "box_one", "--camera", "1,2,3"), "--camera: does not belong to a.exr"),
+    ):
+        assert_refused(tmp_path, ("localize", "a.exr", *options), *said)
+    (tmp_path / "a.png").write_bytes(b"")
+    assert_refused(tmp_path, ("localize", "a.png"), "a.png: holds values encoded for display")
+
+
 def test_rendered_indirect_light(tmp_path):
     """Among metal walls, rendering what was found brings every intensity to within 4 %."""
     metal = ("--set", "alpha=0.3")

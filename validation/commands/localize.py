@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from validation.commands.observed import Given
 from validation.commands.outputs import FIND, SEED, SET, UNIT, parameters, say, writable
 from validation.jobs import ready, write_json
 
@@ -20,13 +22,24 @@ class Method(StrEnum):
     paper = "paper"
 
 
+class Transport(StrEnum):
+    direct = "direct"
+    full = "full"
+
+
 class Noise(StrEnum):
     given = "given"
     estimate = "estimate"
 
 
 def localize_command(
-    observations: Annotated[Path, typer.Argument(help="What `lightloc render` wrote, or an EXR.")],
+    observations: Annotated[
+        list[Path],
+        typer.Argument(
+            help="What `lightloc render` wrote, readings (CSV), or a picture (EXR), whose layers "
+            "may be several files."
+        ),
+    ],
     scene: Annotated[
         str | None, typer.Option(help="The scene, for its geometry; nothing occludes without it.")
     ] = None,
@@ -37,15 +50,15 @@ def localize_command(
         Method.search
     ),
     rendered: Annotated[
-        int,
+        int | None,
         typer.Option(
             min=0,
             max=65_536,
             help="Paths per observation and light, to render the indirect light of what is found "
             "(needs --scene); 0: remove it with the observations themselves, which requires a "
-            "largely diffuse room.",
+            "largely diffuse room. By default 0, and 256 for a picture.",
         ),
-    ] = 0,
+    ] = None,
     bounds: Annotated[
         str | None,
         typer.Option(
@@ -57,6 +70,23 @@ def localize_command(
     noise: Annotated[
         Noise, typer.Option(help="Take sigma as given, or estimate it from what is left.")
     ] = Noise.given,
+    sensor: Annotated[
+        int | None, typer.Option(min=0, help="Of a picture: which of the scene's cameras took it.")
+    ] = None,
+    camera: Annotated[
+        str | None,
+        typer.Option(help="Of a picture without --scene: where it was taken from, X,Y,Z."),
+    ] = None,
+    transport: Annotated[
+        Transport | None,
+        typer.Option(
+            help="Of a picture or readings: whether they hold interreflected light. By default "
+            "pictures do, and readings don't."
+        ),
+    ] = None,
+    albedo: Annotated[
+        float | None, typer.Option(help="Of readings of luminance or radiance: the surface's.")
+    ] = None,
     set_: SET = [],  # noqa: B006
     find: FIND = [],  # noqa: B006
     unit: UNIT = None,
@@ -67,6 +97,14 @@ def localize_command(
     Example: lightloc localize seen.npz --scene box_occluder -o found.json
     """
     writable(out)
+    given = Given(
+        observations,
+        sensor,
+        None if camera is None else point(camera),
+        None if transport is None else transport.value,
+        albedo,
+        unit,
+    )
     if rendered and not scene:
         raise ValueError("--rendered: needs --scene, the room that is rendered")
     if method is Method.paper and (rendered or ambient or noise is Noise.estimate):
@@ -76,15 +114,13 @@ def localize_command(
 
     with Bar("searching") as bar:
         import render
-        from lightloc import Observations, localize
+        from lightloc import localize
 
-        point = find or "point"
-        room = render.load(scene, find=point, unit=unit, **parameters(set_)) if scene else None
-        if observations.suffix.lower() == ".exr":
-            seen = render.observe_view(observations, room)
-        else:
-            seen = Observations.load(observations)
-            seen = render.attach(seen, room) if room else seen
+        hidden = find or "point"
+        room = render.load(scene, find=hidden, unit=unit, **parameters(set_)) if scene else None
+        seen, said, paths = given.read(room)
+        if rendered is None:
+            rendered = paths if method is Method.search else 0
         found = localize(
             seen,
             room.geometry if room else None,
@@ -96,7 +132,34 @@ def localize_command(
             watch=lambda step: bar.say(f"{step.lights} lights, chi-square {step.chi2:.3g}"),
         )
         write_json(ready(out), found.to_dict())
-    say(found, out)
+    say(f"{observations[0]}: {said}\n{found}" if said else found, out)
+
+
+def point(text: str) -> list[float]:
+    """The position of ``--camera``.
+
+    Examples
+    --------
+    >>> point("0.3,0.3,1.7")
+    [0.3, 0.3, 1.7]
+    """
+    return _numbers("--camera", text, "X,Y,Z")
+
+
+def _numbers(option: str, text: str, expected: str) -> list[float]:
+    """As many numbers as there are words in what is expected."""
+    words = text.split(",")
+    try:
+        values = [float(word) for word in words]
+    except ValueError:
+        values = []
+    count = len(expected.split(","))
+    if len(values) != count or not all(map(math.isfinite, values)):
+        raise ValueError(f"{option} {text}: expected {SPELLED[count]} numbers, {expected}")
+    return values
+
+
+SPELLED = {3: "three", 6: "six"}
 
 
 def box(text: str | None) -> list[list[float]] | None:
@@ -109,11 +172,8 @@ def box(text: str | None) -> list[list[float]] | None:
     """
     if text is None:
         return None
-    try:
-        x0, y0, z0, x1, y1, z1 = (float(number) for number in text.split(","))
-    except ValueError:
-        raise ValueError(f"--bounds {text}: expected six numbers, X0,Y0,Z0,X1,Y1,Z1") from None
-    return [[x0, y0, z0], [x1, y1, z1]]
+    corners = _numbers("--bounds", text, "X0,Y0,Z0,X1,Y1,Z1")
+    return [corners[:3], corners[3:]]
 
 
 def _options(method: Method, ambient: bool, noise: Noise) -> Options | Paper | None:

@@ -1,0 +1,99 @@
+"""What `lightloc localize` is given: observations, a view, a picture or readings, by content."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+if TYPE_CHECKING:
+    from lightloc import Observations
+    from render import Room
+
+KINDS = {".npz": "npz", ".exr": "exr", ".csv": "csv", ".tsv": "csv", ".txt": "csv"}
+STARTS = {b"PK\x03\x04": "npz", b"\x76\x2f\x31\x01": "exr"}
+ENCODED = (".png", ".jpg", ".jpeg", ".bmp", ".gif", ".webp", ".heic", ".tif", ".tiff")
+NOBODY_SAYS = "unit"  # the unit of length of a file that does not say it
+PATHS = 256  # of each observation and light, for a picture, which shows part of its room
+
+
+@dataclass(frozen=True)
+class Given:
+    """The files, and what the command line says of them; None where it does not."""
+
+    paths: Sequence[Path]
+    sensor: int | None = None
+    camera: list[float] | None = None
+    transport: Literal["direct", "full"] | None = None
+    albedo: float | None = None
+    unit: str | None = None
+
+    @property
+    def kind(self) -> str:
+        """npz, exr or csv: by the file's name, else by its first bytes."""
+        first = self.paths[0]
+        if first.suffix.lower() in KINDS:
+            return KINDS[first.suffix.lower()]
+        if first.suffix.lower() in ENCODED:
+            raise ValueError(f"{first}: holds values encoded for display; expected linear, as EXR")
+        try:
+            with open(first, "rb") as file:
+                return STARTS.get(file.read(4), "npz")
+        except OSError:
+            return "npz"
+
+    def read(self, room: Room | None) -> tuple[Observations, str | None, int]:
+        """The observations, what to say of them, and paths to render where nobody says."""
+        import render
+        from lightloc import Observations, read_readings
+
+        kind, first = self.kind, self.paths[0]
+        if kind == "exr" and (len(self.paths) > 1 or not render.is_view(first)):
+            self._only("albedo")
+            return self._picture(room)
+        if len(self.paths) > 1:
+            raise ValueError(f"{self.paths[1]}: one file at a time, but for a picture's layers")
+        if kind == "csv":
+            self._only("sensor", "camera")
+            both = self.transport == "full"
+            unit = self.unit or (room.unit if room and room.unit != NOBODY_SAYS else None)
+            seen = read_readings(first, albedo=self.albedo, interreflected=both, unit=unit)
+            errors = "errors estimated" if seen.sigma is None else "errors given"
+            said = f"{len(seen)} readings of {seen.quantity}, lengths in {seen.unit}, {errors}"
+            return seen, said, 0
+        self._only("sensor", "camera", "transport", "albedo")
+        if kind == "exr":
+            return render.observe_view(first, room), None, 0
+        seen = Observations.load(first)
+        return (render.attach(seen, room) if room else seen), None, 0
+
+    def _picture(self, room: Room | None) -> tuple[Observations, str, int]:
+        import render
+
+        if room:
+            self._only("camera")
+        else:
+            self._only("sensor")
+        picture = render.read_picture(*self.paths)
+        full = self.transport != "direct"
+        seen = render.observe_picture(
+            picture,
+            room,
+            sensor=self.sensor or 0,
+            camera=self.camera,
+            transport="full" if full else "direct",
+            unit=self.unit or NOBODY_SAYS,
+        )
+        if full and not room:
+            raise ValueError(
+                f"{picture.name}: interreflected light can't be removed without --scene; give it, "
+                "or --transport direct where there is none or --ambient stands for it"
+            )
+        return seen, f"{picture}; {len(seen)} used", PATHS if full else 0
+
+    def _only(self, *absent: str) -> None:
+        """Refuse options that do not belong to such a file."""
+        for name in absent:
+            if getattr(self, name) is not None:
+                raise ValueError(f"--{name}: does not belong to {self.paths[0]}")
