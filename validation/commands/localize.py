@@ -56,7 +56,7 @@ def localize_command(
             max=65_536,
             help="Paths per observation and light, to render the indirect light of what is found "
             "(needs --scene); 0: remove it with the observations themselves, which requires a "
-            "largely diffuse room. By default 0, and 256 for a picture.",
+            "largely diffuse room. By default 0, and 256 for a picture or a light meter's readings.",
         ),
     ] = None,
     bounds: Annotated[
@@ -81,7 +81,7 @@ def localize_command(
         Transport | None,
         typer.Option(
             help="Of a picture or readings: whether they hold interreflected light. By default "
-            "pictures do, and readings don't."
+            "pictures do, and readings do where there is a --scene."
         ),
     ] = None,
     albedo: Annotated[

@@ -15,7 +15,7 @@ KINDS = {".npz": "npz", ".exr": "exr", ".csv": "csv", ".tsv": "csv", ".txt": "cs
 STARTS = {b"PK\x03\x04": "npz", b"\x76\x2f\x31\x01": "exr"}
 ENCODED = (".png", ".jpg", ".jpeg", ".bmp", ".gif", ".webp", ".heic", ".tif", ".tiff")
 NOBODY_SAYS = "unit"  # the unit of length of a file that does not say it
-PATHS = 256  # of each observation and light, for a picture, which shows part of its room
+PATHS = 256  # of each observation and light, where surfaces that shine are not observed
 
 
 @dataclass(frozen=True)
@@ -56,12 +56,12 @@ class Given:
             raise ValueError(f"{self.paths[1]}: one file at a time, but for a picture's layers")
         if kind == "csv":
             self._only("sensor", "camera")
-            both = self.transport == "full"
+            both = self.transport == "full" or (self.transport is None and room is not None)
             unit = self.unit or (room.unit if room and room.unit != NOBODY_SAYS else None)
             seen = read_readings(first, albedo=self.albedo, interreflected=both, unit=unit)
             errors = "errors estimated" if seen.sigma is None else "errors given"
             said = f"{len(seen)} readings of {seen.quantity}, lengths in {seen.unit}, {errors}"
-            return seen, said, 0
+            return seen, said, PATHS if both and seen.quantity == "irradiance" else 0
         self._only("sensor", "camera", "transport", "albedo")
         if kind == "exr":
             return render.observe_view(first, room), None, 0
