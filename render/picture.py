@@ -135,7 +135,8 @@ def read_picture(*paths: str | Path) -> Picture:
             raise ValueError(
                 f"{layer.path}: {meaning} has {_size(value)} pixels; the picture has {_size(B)}"
             )
-        values[meaning] = value.astype(float)
+        with np.errstate(invalid="ignore"):  # of NaN that signal
+            values[meaning] = value.astype(float)
     B = values["radiance"]
     grey = B.shape[2] == 1
     return Picture(

@@ -12,6 +12,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from lightloc.checks import printable
+from lightloc.files import regular
+
 SEPARATORS = "\t;,"  # the first that a header has: a comma may also stand in its names and numbers
 COMMENT = "#"
 BLANK = ",; \t"  # a spreadsheet writes an empty row so
@@ -81,7 +84,7 @@ class Table:
         try:
             for row in csv.reader(text(), delimiter=separator, strict=True):
                 if not header:
-                    header = [name.strip() for name in row]
+                    header = [printable(name.strip()) for name in row]
                     cells = [[] for _ in header]
                     continue
                 if len(row) > len(header) and not any(row[len(header) :]):
@@ -96,7 +99,7 @@ class Table:
                     put_away()
             put_away()
         except csv.Error as error:
-            raise ValueError(f"{path}: line {read[0]}: {error}") from None
+            raise ValueError(f"{path}: line {read[0]}: {printable(str(error))}") from None
         if not ends:
             raise ValueError(f"{path}: has no rows below its header in line {start}")
         commas = separator != "," and any(
@@ -139,9 +142,7 @@ class Table:
 
 def _lines(path: Path) -> list[str]:
     try:
-        data = path.read_bytes()
-    except FileNotFoundError:
-        raise ValueError(f"{path}: no such file") from None
+        data = regular(path).read_bytes()
     except OSError as error:
         raise ValueError(f"{path}: can't be read ({error.strerror})") from None
     try:

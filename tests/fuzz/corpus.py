@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import importlib
 import struct
 import tempfile
 import zlib
@@ -110,7 +111,9 @@ def pictures() -> dict[str, bytes]:
 def written() -> dict[str, bytes]:
     """What the product writes, by the name of its file."""
     import lightloc
-    import render
+    import render  # before mitsuba
+
+    mi = importlib.import_module("mitsuba")
 
     room = render.load("box_mixed")
     q = render.observe(room, points=24, spp=2, noise=0.01)
@@ -134,6 +137,12 @@ def written() -> dict[str, bytes]:
         lights.save(at / "lights.json")
         (at / "answer.json").write_text(__import__("json").dumps(found.to_dict()))
         render.write_exr(picture, at / "view.exr")
+        layers = picture.position, picture.normal, picture.albedo, picture.radiance
+        mi.Bitmap(
+            np.concatenate(layers, axis=2),
+            mi.Bitmap.PixelFormat.MultiChannel,
+            [f"{name}.{c}" for name in ("P", "N", "albedo") for c in "XYZ"] + ["R", "G", "B"],
+        ).write(str(at / "plain.exr"))
         return {path.name: path.read_bytes() for path in sorted(at.iterdir())}
 
 

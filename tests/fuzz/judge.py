@@ -100,10 +100,26 @@ def lights(path: str, again: Path) -> None:
     from validation.judge import compare
 
     found = PointLights.load(path)
-    assert np.isfinite(found.positions).all() and (found.intensities >= 0).all()
+    assert np.isfinite(found.positions).all() and not (found.intensities < 0).any()
     found.save(again / "whole.json")
     same(PointLights.load(again / "whole.json"), found)
     str(compare(found, found))
+
+
+def readings(path: str, again: Path) -> None:
+    """A light meter's table."""
+    from lightloc import read_readings
+
+    observed(read_readings(path, albedo=0.5), again)
+
+
+def picture(path: str, again: Path) -> None:
+    """A picture with layers, and the observations that its pixels are."""
+    import render
+
+    said = str(render.read_picture(path))
+    assert "\n" not in said
+    observed(render.observe_picture(path, camera=[2, 1.5, 1]), again)
 
 
 def suite(path: str, again: Path) -> None:
@@ -124,7 +140,11 @@ def results(path: str, again: Path) -> None:
 
 
 READERS: dict[str, Callable[[str, Path], None]] = {
-    each.__name__: each for each in (scene, observations, answer, view, lights, suite, results)
+    each.__name__: each
+    for each in (
+        *(scene, observations, readings, answer, view, picture),
+        *(lights, suite, results),
+    )
 }
 """By the kind of input. A new format needs its reader here and its inputs in `fuzz.kinds`."""
 

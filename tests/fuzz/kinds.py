@@ -15,10 +15,18 @@ def _views() -> st.SearchStrategy[Input]:
     return odd.changed(good).map(lambda content: Input("view", {"view.exr": content}))
 
 
+def _pictures() -> st.SearchStrategy[Input]:
+    good = [corpus.written()[name] for name in ("view.exr", "plain.exr")]
+    return odd.changed(*good).map(lambda content: Input("picture", {"picture.exr": content}))
+
+
 def _devices() -> st.SearchStrategy[Input]:
     """Names of files that are none, read as each kind; a FIFO that nobody writes to."""
     kinds = st.sampled_from(
-        ("scene", "observations", "answer", "view", "lights", "suite", "results")
+        (
+            *("scene", "observations", "readings", "answer", "view", "picture"),
+            *("lights", "suite", "results"),
+        )
     )
     named = st.builds(lambda kind, name: Input(kind, {}, (name,)), kinds, odd.files)
     return named | kinds.map(lambda kind: Input(kind, {"pipe.xml": None}))
@@ -37,6 +45,8 @@ KINDS = {  # share of the inputs, and what makes them
     "volumes": (3, lambda: assets.volumes() | assets.with_file(("grid.vol",))),
     "observations (npz)": (10, lambda: archives.inputs("observations", "seen.npz", "readings.npz")),
     "mixed materials (npz)": (2, archives.indexed),
+    "readings (CSV)": (6, texts.readings),
+    "pictures by others (EXR)": (5, _pictures),
     "answers (npz)": (6, lambda: archives.inputs("answer", "found.npz")),
     "views (EXR)": (7, _views),
     "lights (JSON)": (4, lambda: texts.lights("lights")),
@@ -45,7 +55,6 @@ KINDS = {  # share of the inputs, and what makes them
     "devices": (2, _devices),
     "commands": (13, commands.lines),
 }
-"""Inputs of readings (CSV) come here, beside their reader in `fuzz.judge`."""
 
 
 def some(kind: str, count: int, seed: int) -> list[Input]:

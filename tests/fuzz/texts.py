@@ -48,6 +48,19 @@ JSON = (
     b'{"lights": [{"position": [0,0,1], "intensity": [' + b"1," * 10**5 + b"1]}]}",
     b'{"lights": ' + b'[{"position": [0,0,1], "intensity": [1]}]' + b', "lights": 3}',
 )
+TABLES = (
+    b"x,y,z,nx,ny,nz,lux,error\n0,0,0,0,0,1,120,2\n1,0,0,0,0,1,80,2\n0,1,0,0,0,1,60,1\n",
+    b"\xef\xbb\xbf# desk\nx [mm];y [mm];z [mm];nx;ny;nz;radiance\n0,5;0;0;0;0;1;1,2\n1;2;0;0;0;1;2",
+    b"X (cm)\tY (cm)\tZ (cm)\tNX\tNY\tNZ\tdx\tdy\tdz\tR\tG\tB\talbedo\n"
+    b"0\t0\t0\t0\t0\t1\t0\t1\t1\t1\t2\t3\t0.5\n",
+)
+CSV = (
+    *(b"", b"\0", b"\n", b"x", b"x,y,z", b",,,,,,", b'"', b'"' * 10**5, b"x,x,x,x,x,x,x\n"),
+    *(b"," * 10**6, b"\xff\xfe", TABLES[0].replace(b"\n", b"\r"), TABLES[0] * 2000),
+    TABLES[0].partition(b"\n")[0],
+    TABLES[0].replace(b"lux", b"lux" + b"x" * 10**5),
+    TABLES[0].replace(b"120", b"1" * 5000),
+)
 TOML = (
     *(b"", b"\0", b"case = 3", b"[[case]]", b"[case]", b"case = []", b"case = [[]]", b"\xff"),
     *(
@@ -116,6 +129,12 @@ def lights(kind: str) -> st.SearchStrategy[Input]:
 
 def _good() -> list[bytes]:
     return [corpus.written()[name] for name in ("lights.json", "answer.json")]
+
+
+def readings() -> st.SearchStrategy[Input]:
+    """Tables of readings, in the ways that programs write them."""
+    texts = st.sampled_from(CSV) | odd.changed(*TABLES, text=True)
+    return texts.map(lambda text: Input("readings", {"readings.csv": text}))
 
 
 def suites() -> st.SearchStrategy[Input]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -132,6 +133,7 @@ def table(*rows: str, header: str = HEADER) -> str:
         (HEADER, "has no rows below its header in line 1"),
         (b"x,y\xff", "is no text in UTF-8"),
         (b"x,y\0,z", "is no text file"),
+        (b"x,y\x01,nx,ny,nz,lux\n0,0,0,0,1,9", "no column z (its header has x, y\\x01, nx, ny, n"),
         (table("0,1,2,0,0,1,abc"), "line 2, column lux: 'abc' is not a number"),
         (table(ROW, "", "#", "0,1,2,0,0,1,"), "line 5, column lux: an empty cell is not a numb"),
         (table(ROW, "0,nan,2,0,0,1,3"), "line 3, column y: 'nan' is not a finite number"),
@@ -192,3 +194,10 @@ def test_arguments_that_are_refused(read, refuses, tmp_path):
         read_readings(tmp_path)
     with refuses("gone.csv: no such file"):
         read_readings(Path("gone.csv"))
+
+
+def test_a_pipe_is_no_table(tmp_path):
+    """It might never end, or never begin."""
+    os.mkfifo(tmp_path / "pipe.csv")
+    with pytest.raises(ValueError, match="a device or a pipe"):
+        read_readings(tmp_path / "pipe.csv")

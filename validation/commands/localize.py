@@ -56,7 +56,7 @@ def localize_command(
             max=65_536,
             help="Paths per observation and light, to render the indirect light of what is found "
             "(needs --scene); 0: remove it with the observations themselves, which requires a "
-            "largely diffuse room. By default 0, and 256 for a picture or a light meter's readings.",
+            "largely diffuse room. By default 0, or 256 for pictures and readings of light meters.",
         ),
     ] = None,
     bounds: Annotated[
