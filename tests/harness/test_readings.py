@@ -133,7 +133,10 @@ def table(*rows: str, header: str = HEADER) -> str:
         (HEADER, "has no rows below its header in line 1"),
         (b"x,y\xff", "is no text in UTF-8"),
         (b"x,y\0,z", "is no text file"),
-        (b"x,y\x01,nx,ny,nz,lux\n0,0,0,0,1,9", "no column z (its header has x, y\\x01, nx, ny, n"),
+        (
+            b"x,y\x01,nx,ny,nz,lux\n0,0,0,0,1,9",
+            "has no column y (its header has x, y\\x01, nx, ny, n",
+        ),
         (table("0,1,2,0,0,1,abc"), "line 2, column lux: 'abc' is not a number"),
         (table(ROW, "", "#", "0,1,2,0,0,1,"), "line 5, column lux: an empty cell is not a numb"),
         (table(ROW, "0,nan,2,0,0,1,3"), "line 3, column y: 'nan' is not a finite number"),
