@@ -14,9 +14,15 @@ from lightloc import Observations, PointLights
 from lightloc.checks import array, number
 from render.alone import alone
 from render.material import children, is_grey
-from render.transport import Transport, bounds_of, indirect, irradiance, known_light, probe
-
-SHADOW_EPSILON = 8.9e-4  # share of a shadow ray left out at its far end, as in Mitsuba
+from render.transport import (
+    SHADOW_EPSILON,
+    Transport,
+    bounds_of,
+    indirect,
+    irradiance,
+    known_light,
+    probe,
+)
 
 LIGHT = "lightloc_light_{}"  # ids of the lights in a scene that is lit anew; no file has them
 

@@ -11,10 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from lightloc.given import RAY_OFFSET
 from render.material import bsdf_of
 
 Transport = Literal["direct", "full"]
 
+SHADOW_EPSILON = 8.9e-4  # share of a shadow ray left out at its far end, as in Mitsuba
 PROBE_SHARE = 1e-3  # a probe starts this share of the scene's diagonal off the surface
 LANES = 1 << 21  # samples in one wavefront of the path integrator
 POOL = 16  # neighbours whose standard errors are pooled
@@ -58,9 +60,22 @@ def direct(scene: Any, si: Any) -> NDArray[np.float64]:
     total = mi.Color3f(0)
     for emitter in scene.emitters():
         sample, incident = emitter.sample_direction(si, mi.Point2f(0.5))
-        lit = ~scene.ray_test(si.spawn_ray_to(sample.p))
+        lit = is_free(scene, si, sample.p)
         total += dr.select(lit, incident * bsdf.eval(context, si, si.to_local(sample.d)), 0)
     return np.broadcast_to(to_numpy(total), (dr.width(si), 3))
+
+
+def is_free(scene: Any, si: Any, p: Any) -> Any:
+    """Whether nothing lies between surface interactions and points, by a shadow ray.
+
+    Mitsuba's own, `spawn_ray_to`, but that it begins nearer in a scene of less than one unit.
+    """
+    size = min(1.0, diagonal_of(scene))
+    off = RAY_OFFSET * (size + dr.max(dr.abs(si.p)))
+    start = si.p + si.n * dr.mulsign(off, dr.dot(si.n, p - si.p))
+    d = p - start
+    distance = dr.norm(d)
+    return ~scene.ray_test(mi.Ray3f(start, d / distance, distance * (1 - SHADOW_EPSILON), 0, []))
 
 
 def indirect(

@@ -25,7 +25,7 @@ FEW = 16  # nodes at the top, at most
 ROUNDING = 1e-6  # of the span: what boxes grow by, 8 roundings of float32
 SLACK = 1e-4  # relative: what a bound grows by, the rounding of a BRDF in float32 included
 CACHE_LINE = 16  # float32
-TOUCHING = 1e-20  # m^2: boxes that are nearer have no bound
+TOUCHING = 1e-25  # a squared length: boxes that are nearer have no bound, |d|^3 being no float32
 TINY = 1e-12  # a mean normal shorter than this has no direction
 
 

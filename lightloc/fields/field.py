@@ -121,7 +121,7 @@ def intensity_distance(
     ([18.0, inf], 0, True)
     """
     B = np.maximum(q.radiance + (margin * q.known_sigma if margin else 0.0), 0.0)
-    return limits(surfels(q), B, positions, geometry)
+    return limits(surfels(q, geometry), B, positions, geometry)
 
 
 def limits(

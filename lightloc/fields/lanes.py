@@ -122,11 +122,10 @@ def doubled(start: ArrayLike, times: int, grid: Grid) -> list[int]:
     """
     block = np.array(start)
     while times > 1:
-        short = np.where(block < grid.shape, block * np.maximum(grid.step, TINY), np.inf)
+        short = np.where(
+            block < grid.shape, block * np.maximum(grid.step, np.finfo(float).tiny), np.inf
+        )
         axis = 2 - int(np.argmin(short[::-1] if np.isfinite(short).any() else block[::-1]))
         block[axis] *= 2
         times //= 2
     return [int(b) for b in block]
-
-
-TINY = 1e-30  # metres: a grid without extent along an axis

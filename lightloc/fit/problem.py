@@ -54,7 +54,15 @@ class Problem:
         ambient: NDArray[np.float64] | None = None,
     ) -> Problem:
         """Pose the problem; with ``double``, kernels compute in 64 bits."""
-        return Problem(surfels(q, double), q.radiance, sigma, geometry, bounds, ambient, q.unit)
+        return Problem(
+            surfels(q, geometry, double=double),
+            q.radiance,
+            sigma,
+            geometry,
+            bounds,
+            ambient,
+            q.unit,
+        )
 
     @cached_property
     def axes(self) -> NDArray[np.intp]:
@@ -70,8 +78,16 @@ class Problem:
 
     @property
     def size(self) -> float:
-        """The region's longest side, metres."""
+        """The region's longest side, in the unit of length."""
         return float(np.ptp(self.bounds, axis=0).max())
+
+    @property
+    def measure(self) -> float:
+        """An intensity near that which leaves a radiance of 1 across the region: a power of 4.
+
+        In its units numbers over a search's grid fit float32 whatever the unit of length.
+        """
+        return float(4.0 ** np.round(np.log2(self.size)))
 
     @cached_property
     def nuisance(self) -> NDArray[np.float64] | None:

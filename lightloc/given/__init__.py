@@ -9,11 +9,12 @@ For other rooms, in pipeline order:
 - `Interreflecting`: one that can render the light between its surfaces too.
 - `OtherwiseLit`: one that can render the light of known emitters.
 - `remove_known`: the observations without that light.
-- `RAY_OFFSET`: how far off a surface its shadow rays start.
+- `RAY_OFFSET`: how far off a surface its shadow rays start, as a share of `reach`.
+- `reach`: the lengths that the rounding of positions goes by.
 - `Options`: what a user may want to set.
 """
 
-from lightloc.given.geometry import RAY_OFFSET, Geometry, Interreflecting, OtherwiseLit
+from lightloc.given.geometry import RAY_OFFSET, Geometry, Interreflecting, OtherwiseLit, reach
 from lightloc.given.known import remove_known
 from lightloc.given.lights import PointLights
 from lightloc.given.observations import Observations
@@ -29,5 +30,6 @@ __all__ = [
     "OtherwiseLit",
     "remove_known",
     "RAY_OFFSET",
+    "reach",
     "Options",
 ]

@@ -10,7 +10,23 @@ from numpy.typing import ArrayLike, NDArray
 from lightloc.given.observations import Observations
 
 RAY_OFFSET = 8.9e-5
-"""A shadow ray starts this far off its surface, times 1 + max|x|: Mitsuba's ray epsilon."""
+"""How far off its surface a shadow ray starts, as a share of its `reach`: Mitsuba's ray epsilon."""
+
+
+def reach(positions: NDArray[np.float64], bounds: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(n, 1) the lengths that the rounding of (n, 3) positions on surfaces within bounds goes by.
+
+    Mitsuba's is 1 + max|x|, so that a scene much smaller than one unit of length is left by the
+    very rays that begin in it. Here the 1 is the diagonal where that is less.
+
+    Examples
+    --------
+    >>> box = np.array([[0.0, 0, 0], [0.3, 0.4, 0]])
+    >>> reach(np.array([[0.1, -0.2, 0]]), box).round(3).tolist(), reach(box[1:], 10 * box).tolist()
+    ([[0.7]], [[1.4]])
+    """
+    size = min(1.0, float(np.linalg.norm(np.ptp(bounds, axis=0))))
+    return np.asarray(size + np.abs(positions).max(axis=1, keepdims=True))
 
 
 @runtime_checkable

@@ -129,7 +129,7 @@ def indirect(
     q: Observations, geometry: Geometry, seed: int = 0
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """The interreflected part of B(q), gathered from the observations, and its error: (n, c)."""
-    s, cache = surfels(q), RadianceCache.of(q)
+    s, cache = surfels(q, geometry), RadianceCache.of(q)
     mean, error = np.zeros_like(q.radiance), np.zeros_like(q.radiance)
     rays = STRATA * STRATA
     rows = max(1, LANES // rays)

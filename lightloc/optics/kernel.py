@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from lightloc.backend import doubles, reals, types
 from lightloc.brdf import BRDF, Scatter, Slope, Sloped, is_traced
-from lightloc.given import RAY_OFFSET, Geometry, Observations
+from lightloc.given import RAY_OFFSET, Geometry, Observations, reach
 
 
 @dataclass(frozen=True)
@@ -66,12 +66,14 @@ class Surfels:
         )
 
 
-def surfels(q: Observations, double: bool = False) -> Surfels:
+def surfels(q: Observations, geometry: Geometry | None = None, *, double: bool = False) -> Surfels:
     """Move observations into Dr.Jit arrays once; every kernel gathers from these.
 
-    With ``double`` those kernels compute in 64 bits, but for the geometry's ray tests.
+    The geometry is the one that their shadow rays are cast in. With ``double`` kernels compute in
+    64 bits, but for those rays.
     """
-    offset = RAY_OFFSET * (1 + np.abs(q.positions).max(axis=1, keepdims=True))
+    bounds = getattr(geometry, "bounds", None)
+    offset = RAY_OFFSET * reach(q.positions, q.bounds if bounds is None else bounds)
     with doubles(double):
         return Surfels(
             n=len(q),

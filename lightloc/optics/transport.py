@@ -64,7 +64,7 @@ def shading(
     >>> bool(np.isclose(S[0, 0, 0], 1 / np.pi / 2**2, rtol=1e-6))
     True
     """
-    s = q if isinstance(q, Surfels) else surfels(q)
+    s = q if isinstance(q, Surfels) else surfels(q, geometry)
     points = array("positions", positions, (None, 3))
     return shaded(s, points, geometry).transpose(2, 1, 0).astype(float)
 
@@ -137,7 +137,7 @@ def shading_gradient(
     >>> bool(np.allclose(gradient[0, 0, 0], [0, 0, -2 * S[0, 0, 0] / 2]))
     True
     """
-    s = q if isinstance(q, Surfels) else surfels(q)
+    s = q if isinstance(q, Surfels) else surfels(q, geometry)
     points = array("positions", positions, (None, 3))
     S, gradient = slopes(s, points, axes)
     if geometry is not None or not s.flat:
@@ -297,7 +297,9 @@ def check_gradient(
         raise ValueError("check_gradient: no observation sees all of the shifted positions")
     slope = (around[:, :3] - around[:, 3:]) / (2 * step)
     error = np.abs(slope.transpose(0, 2, 1) - gradient[:, 0])[smooth]
-    return float(error.max(initial=0.0) / max(np.abs(slope[smooth]).max(initial=0.0), 1e-30))
+    return float(
+        error.max(initial=0.0) / max(np.abs(slope[smooth]).max(initial=0.0), np.finfo(float).tiny)
+    )
 
 
 def _pairs(n: int, positions: ArrayLike) -> Iterator[tuple[Any, Any, int]]:

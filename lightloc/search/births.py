@@ -65,7 +65,7 @@ def alone(
     bare = replace(problem.rows_of(lit), geometry=None, radiance=left, ambient=None)
     atoms, target = atoms_at(bare, starts), z[lit].T[:, None]
     energy = np.maximum(np.square(atoms).sum(axis=2), np.finfo(np.float32).tiny)
-    bright = np.maximum((atoms * target).sum(axis=2) / energy, 0).T
+    bright = problem.measure * np.maximum((atoms * target).sum(axis=2) / energy, 0).T
     bright = np.maximum(bright, FAINT * bright.max())
     there = descend(
         bare, Descents.of(starts[:, None], bright[:, None]), steps=STEPS, loss=scale, fall=FALL

@@ -21,7 +21,7 @@ from lightloc.optics import shaded
 
 @dataclass(frozen=True, eq=False)
 class Dictionary:
-    """S(q, p) / sigma for all positions of a grid: ``atoms`` (c, g, n), in the problem's bits."""
+    """Residuals of a light at all positions of a grid: ``atoms`` (c, g, n), as `atoms_at`."""
 
     grid: Grid
     points: NDArray[np.float64]  # (g, 3)
@@ -73,10 +73,10 @@ class Dictionary:
 
 
 def atoms_at(problem: Problem, points: NDArray[np.float64]) -> NDArray[np.floating]:
-    """S / sigma at (g, 3) points: (c, g, n), in the problem's bits."""
+    """S / sigma at (g, 3) points of a light of the problem's measure: (c, g, n), in its bits."""
     S = shaded(problem.surfels, points, problem.geometry)
     bits = BITS[problem.surfels.double]
-    return S.astype(bits, copy=False) * (1 / problem.sigma).T[:, None].astype(bits)
+    return S.astype(bits, copy=False) * (problem.measure / problem.sigma).T[:, None].astype(bits)
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,7 +138,7 @@ def gains_of(
     Parameters
     ----------
     atoms, energies : (c, g, n) array
-        S / sigma and its square.
+        As `atoms_at` gives them, in any unit, and their squares.
     left
         What is left to explain.
 

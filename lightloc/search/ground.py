@@ -61,7 +61,7 @@ class Ground:
         if o.sample < n:
             some = np.random.default_rng(seed).permutation(n)[: o.sample]
             some = some[morton(q.positions[some])]
-        single = replace(whole, surfels=surfels(q)) if exact else whole
+        single = replace(whole, surfels=surfels(q, geometry)) if exact else whole
         sampled = single if some is None else single.rows_of(some)
         cells = o.cells_2d if len(whole.axes) == 2 else o.cells
         dictionary = Dictionary.over(sampled, Grid.over(whole.bounds, cells))

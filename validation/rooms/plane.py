@@ -82,7 +82,7 @@ class PlaneRoom:
             radiance=np.zeros(n),
             material=Lambert(albedo=np.pi),
         )
-        B = radiance(surfels(dark, double=True), self.lights, self.geometry)
+        B = radiance(surfels(dark, self.geometry, double=True), self.lights, self.geometry)
         if not noise:
             return dark.with_radiance(B, 0.0)
         jitter = np.random.default_rng([self.seed, NOISE, seed]).normal(size=B.shape)
