@@ -28,10 +28,10 @@ from numpy.typing import NDArray
 from lightloc import Observations, PointLights
 from render.geometry import LIGHT
 from render.room import Room, relight
-from render.transport import probe
+from render.transport import is_free, probe
 
 SEED = 2018
-FAINTEST = 1e-6  # W/sr: no start is fainter, so that its logarithm is a number
+FAINTEST = 1e-8  # of the brightest start: none is fainter, so that its logarithm is a number
 TINY = 1e-30  # keeps a division by zero from start lights that nothing sees
 
 
@@ -105,7 +105,7 @@ class Lamps:
         total = mi.Color3f(0)
         for emitter in scene.emitters():
             sample, incident = emitter.sample_direction(si, mi.Point2f(0.5))
-            lit = ~scene.ray_test(si.spawn_ray_to(dr.detach(sample.p)))
+            lit = is_free(scene, si, dr.detach(sample.p))
             scattered = bsdf.eval(context, si, si.to_local(sample.d))
             total += dr.select(lit, incident * scattered, 0)
         return total
@@ -240,4 +240,6 @@ class _Seen:
             dr.block_sum(own * B, self.n) / dr.maximum(dr.block_sum(own * own, self.n), TINY)
             for own, B in zip(rendered, self.B * self.weight, strict=True)
         ]
-        return dr.log(dr.maximum(mi.Color3f(scale), FAINTEST))
+        bright = mi.Color3f(scale)
+        least = FAINTEST * dr.max(dr.max(bright, axis=None))
+        return dr.log(dr.maximum(bright, dr.maximum(least, TINY)))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from render.room import Room
-from render.transport import PROBE_SHARE
+from render.transport import PROBE_SHARE, is_free, off_surface
 
 BOUNCES = 4  # rays from each side that look for a lit surface
 
@@ -41,10 +41,10 @@ def _is_seen(room: Room, p: Any, side: Any, rng: np.random.Generator) -> Any:
     seen = _is_lit(room, si, side, rng)
     for sensor in room.scene.sensors():
         eye = mi.Point3f(np.array(sensor.world_transform().translation()).ravel())
-        seen |= (dr.dot(eye - p, side) > 0) & ~room.scene.ray_test(si.spawn_ray_to(eye))
+        seen |= (dr.dot(eye - p, side) > 0) & is_free(room.scene, si, eye)
     for _ in range(BOUNCES):
         d = mi.Frame3f(side).to_world(mi.warp.square_to_cosine_hemisphere(_uniform(p, rng)))
-        hit = room.scene.ray_intersect(si.spawn_ray(d))
+        hit = room.scene.ray_intersect(mi.Ray3f(off_surface(room.scene, si, d), d))
         facing = dr.select(dr.dot(hit.n, d) > 0, -hit.n, hit.n)
         seen |= hit.is_valid() & _is_lit(room, hit, facing, rng)
     dr.eval(seen)
@@ -57,7 +57,7 @@ def _is_lit(room: Room, si: Any, side: Any, rng: np.random.Generator) -> Any:
     for scene in (room.scene, room.known):
         for emitter in scene.emitters() if scene else ():
             to, value = emitter.sample_direction(si, _uniform(si.p, rng))
-            free = ~scene.ray_test(si.spawn_ray_to(to.p))
+            free = is_free(scene, si, to.p)
             lit |= free & (dr.dot(side, to.d) > 0) & (dr.max(value) > 0)
     return lit
 
