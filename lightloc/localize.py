@@ -9,7 +9,15 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lightloc.answer import Assumption, Localization, Step, Way, among, with_unknowns
+from lightloc.answer import (
+    Assumption,
+    Localization,
+    Step,
+    Way,
+    among,
+    in_the_unit,
+    with_unknowns,
+)
 from lightloc.backend import one_blas_thread
 from lightloc.fit import Criterion, Fit, Problem, is_exact, presumed, without_black, working_sigma
 from lightloc.given import Geometry, Observations, Options, PointLights, remove_known
@@ -141,7 +149,7 @@ def localize(
 
     def answered(found: Localization) -> Localization:
         known = () if rest is measured else (Assumption.KNOWN_LIGHT,)
-        told = among(with_unknowns(found), used)
+        told = in_the_unit(among(with_unknowns(found), used), observations)
         return replace(told, way=way, assumed=(*told.assumed, *known))
 
     if isinstance(o, Paper):

@@ -63,7 +63,7 @@ def photograph(
     Returns
     -------
     View
-        The layers, radiance in W sr^-1 m^-2 and positions in metres.
+        The layers, radiance in W sr^-1 m^-2 and positions in the room's unit of length.
 
     Raises
     ------
@@ -145,6 +145,7 @@ def photograph(
         film=np.maximum(film, 0).reshape(pixels.height, pixels.width, 3),
         camera=pixels.pinhole,
         interreflected=transport == "full",
+        unit=room.unit,
         **surface,
     )
 

@@ -89,7 +89,7 @@ class Lamps:
     @staticmethod
     def of(room: Room, count: int) -> Lamps:
         middle = np.tile(room.bounds.mean(axis=0), (count, 1))
-        lit = relight(room, PointLights(middle, np.ones((count, 1))))
+        lit = relight(room, PointLights(middle, np.ones((count, 1)), room.unit))
         return Lamps(lit, mi.traverse(lit.scene), count)
 
     def put(self, positions: list[Any], intensities: list[Any]) -> None:
@@ -136,8 +136,8 @@ def optimize(
     Returns
     -------
     Descent
-        ``lights`` of the best start; ``positions`` (m, k, 3) in metres, ``intensities`` (m, k, c)
-        in W/sr and ``losses`` (m,) of all m.
+        ``lights`` of the best start; ``positions`` (m, k, 3) and ``intensities`` (m, k, c) in the
+        room's unit of length, and ``losses`` (m,) of all m.
 
     Raises
     ------
@@ -185,7 +185,7 @@ def optimize(
     positions = np.array(adam["position"], float).T.reshape(-1, count, 3)
     intensities = np.array(dr.exp(adam["log"]), float).T.reshape(-1, count, 3)[..., : q.channels]
     best = int(np.argmin(losses))
-    lights = PointLights(positions[best], intensities[best])
+    lights = PointLights(positions[best], intensities[best], room.unit)
     return Descent(lights, positions, intensities, losses)
 
 

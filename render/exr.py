@@ -2,9 +2,10 @@
 
 Layers and their channels are in `CHANNELS`, all of them float32; ``R``, ``G``, ``B`` are the
 radiance. Attributes: ``lightloc:format`` names the format and its version, ``lightloc:camera`` is
-the pinhole (3 floats, metres), ``lightloc:transport`` is "direct" or "full" (with interreflected
-light), and ``lightloc:crc32`` (hexadecimal; may be missing) is the CRC-32 of the pixels in this
-order of channels, then of the camera, both little-endian, because EXR itself has no checksum.
+the pinhole (3 floats), ``lightloc:unit`` the unit of length (metres where it is missing),
+``lightloc:transport`` is "direct" or "full" (with interreflected light), and ``lightloc:crc32``
+(hexadecimal; may be missing) is the CRC-32 of the pixels in this order of channels, then of the
+camera, both little-endian, because EXR itself has no checksum.
 """
 
 from __future__ import annotations
@@ -77,6 +78,7 @@ def write_exr(view: View, path: str | Path) -> None:
     spec.attribute("compression", "zip")
     spec.attribute("lightloc:format", FORMAT)
     spec.attribute("lightloc:camera", oiio.TypeDesc("float[3]"), tuple(view.camera.tolist()))
+    spec.attribute("lightloc:unit", view.unit)
     spec.attribute("lightloc:transport", "full" if view.interreflected else "direct")
     spec.attribute("lightloc:crc32", _checksum(pixels, view.camera))
     spec.attribute("DateTime", NO_DATE)
@@ -104,7 +106,7 @@ def read_exr(path: str | Path) -> View:
     Returns
     -------
     View
-        The view, with radiance in W sr^-1 m^-2 and positions in metres.
+        The view, with radiance in W sr^-1 m^-2 and positions in the unit of length that it says.
 
     Raises
     ------
@@ -220,7 +222,8 @@ def _read(path: str | Path, file: oiio.ImageInput) -> dict[str, Any]:
     for layer, channels in CHANNELS.items():
         if len(channels) == 1:
             layers[layer] = layers[layer][..., 0]
-    return {**layers, "camera": camera, "interreflected": transport == "full"}
+    unit = spec.get_string_attribute("lightloc:unit") or "m"
+    return {**layers, "camera": camera, "interreflected": transport == "full", "unit": unit}
 
 
 def _checksum(pixels: NDArray, camera: ArrayLike) -> str:

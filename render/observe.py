@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from lightloc import Mixed, Observations
 from lightloc.brdf import SceneMaterial
 from render.material import is_grey, material_at, regions_at
-from render.room import Room
+from render.room import Room, check_same_unit
 from render.sampling import viewed_points
 from render.sides import lit_from_behind
 from render.transport import Transport, direct, indirect, known_light, probe, to_numpy
@@ -115,7 +115,7 @@ def remeasure(room: Room, q: Observations, *, spp: int = 256, seed: int = 0) -> 
     Raises
     ------
     ValueError
-        If the lights have colours and ``q`` is grey.
+        If the lights have colours and ``q`` is grey, or ``q`` is in another unit of length.
 
     Examples
     --------
@@ -130,6 +130,7 @@ def remeasure(room: Room, q: Observations, *, spp: int = 256, seed: int = 0) -> 
     >>> bool(np.allclose(remeasure(relight(room, lights), q).radiance, 2 * q.radiance))
     True
     """
+    check_same_unit(room, q.unit, "these observations")
     x, w = q.positions, q.directions
     transport: Transport = "full" if q.interreflected else "direct"
     B, sigma = _measured(room, probe(room.scene, x, w), x, w, spp, seed, transport)
@@ -231,6 +232,11 @@ def attach(q: Observations, room: Room) -> Observations:
     Observations
         The same with the room's BRDFs, or as they are where their file had them all.
 
+    Raises
+    ------
+    ValueError
+        If they are known to be in another unit of length than the room.
+
     Examples
     --------
     A diffuse room's file has all of them:
@@ -241,6 +247,7 @@ def attach(q: Observations, room: Room) -> Observations:
     >>> attach(q, room) is q
     True
     """
+    check_same_unit(room, q.unit, "these observations")
     parts = q.material.brdfs if isinstance(q.material, Mixed) else (q.material,)
     if not any(isinstance(part, SceneMaterial) for part in parts):
         return q

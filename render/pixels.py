@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from lightloc import BRDF, Lambert, Observations
+from lightloc import BRDF, Lambert, Observations, units
 from render.exr import read_exr
 from render.material import is_grey, material_at, regions_at
-from render.room import Room
+from render.room import Room, check_same_unit
 from render.transport import probe
 from render.view import DIFFUSE, View, appearance
 
@@ -43,7 +43,8 @@ def observe_view(
     ------
     ValueError
         If the file can't be read (see `read_exr`), no pixel is pure, the room is not the one that
-        the view shows, or there is neither a room nor a material and a surface is not Lambert.
+        the view shows or is in another unit of length, or there is neither a room nor a material
+        and a surface is not Lambert.
 
     Examples
     --------
@@ -63,6 +64,8 @@ def observe_view(
     x, B = view.position[used].astype(float), view.radiance[used].astype(float)
     w = view.camera - x
     regions: tuple[NDArray[np.intp] | None, tuple[str, ...]] = (None, ("",))
+    if room is not None:
+        check_same_unit(room, view.unit, name)
     if material is None and room is not None:
         material, regions = _from_room(name, view, room, w)
     elif material is None:
@@ -79,6 +82,7 @@ def observe_view(
         interreflected=view.interreflected,
         regions=regions[0],
         region_names=regions[1],
+        unit=view.unit if room is None or room.unit == units.UNKNOWN else room.unit,
     )
 
 

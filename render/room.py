@@ -12,7 +12,7 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-from lightloc import PointLights
+from lightloc import PointLights, units
 from lightloc.checks import unit_word
 from lightloc.files import regular
 from render.accepted import build
@@ -45,7 +45,7 @@ class Room:
     scene : mitsuba.Scene
         The surfaces under the lights that are to be found alone.
     lights : PointLights
-        The lights that are to be found: positions in the unit of length, intensities in W/sr.
+        The lights that are to be found, in the room's unit of length.
     geometry : SceneGeometry
         Its surfaces, and its known light.
     known : mitsuba.Scene or None
@@ -169,6 +169,7 @@ def load(
     """
     use_mitsuba()
     path = find_file(path)
+    unit = _unit_of(path) if unit is None else unit_word(f"{path}: unit", unit)
     for name, value in parameters.items():
         if text_of(value).strip().lower().lstrip("+-") in NOT_FINITE:
             raise ValueError(f"{path}: parameter '{name}' is {value}; expected a finite number")
@@ -179,11 +180,10 @@ def load(
     if all(area_of(shape) == 0 for shape in scene.shapes()):
         raise ValueError(f"{path}: the scene has no surface")
     try:
-        lights = _lights(scene)
+        lights = _lights(scene, unit)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
     geometry = SceneGeometry(scene, known)
-    unit = _unit_of(path) if unit is None else unit_word(f"{path}: unit", unit)
     return Room(path.stem, path, dict(parameters), scene, lights, geometry, known, unit)
 
 
@@ -201,7 +201,16 @@ def _built(path: Path, parameters: Mapping[str, Any], find: str | Sequence[str])
 
 def _unit_of(path: Path) -> str:
     """The unit of length of a file, as far as that is known."""
-    return "m" if path.stem in standard_scenes() and path == find_file(path.stem) else "unit"
+    ours = path.stem in standard_scenes() and path == find_file(path.stem)
+    return "m" if ours else units.UNKNOWN
+
+
+def check_same_unit(room: Room, unit: str, what: str) -> None:
+    """Refuse what is known to be in another unit of length than a room."""
+    if units.is_other(unit, room.unit):
+        raise ValueError(
+            f"{what}: in {unit}, and {room.path} is in {room.unit}; expected one unit of length"
+        )
 
 
 def relight(room: Room, lights: PointLights) -> Room:
@@ -212,14 +221,19 @@ def relight(room: Room, lights: PointLights) -> Room:
     room : Room
         The room; it is left as it is.
     lights : PointLights
-        The new lights: positions in the scene's unit of length, intensities in W/sr. One that is
-        unknown (NaN) is taken as 0: in the room where it was looked for, nothing shows it.
+        The new lights, in the room's unit of length. An intensity that is unknown (NaN) is taken as
+        0: in the room where it was looked for, nothing shows it.
 
     Returns
     -------
     Room
         The same room with those lights in place of its own, sharing sensors and surfaces; its known
         light stays.
+
+    Raises
+    ------
+    ValueError
+        If the lights say another unit of length than the room.
 
     Examples
     --------
@@ -228,7 +242,8 @@ def relight(room: Room, lights: PointLights) -> Room:
     >>> relight(load("box_one"), PointLights([[1, 1, 2]], [5.0])).lights.intensities.tolist()
     [[5.0]]
     """
-    lights = PointLights(lights.positions, np.nan_to_num(lights.intensities))
+    check_same_unit(room, lights.unit, "these lights")
+    lights = PointLights(lights.positions, np.nan_to_num(lights.intensities), room.unit)
     scene = lit(room.scene, lights)
     return replace(room, scene=scene, lights=lights, geometry=SceneGeometry(scene, room.known))
 
@@ -290,9 +305,9 @@ def _tessellated(shape: Any) -> tuple[np.ndarray, np.ndarray]:
     return vertices, np.concatenate([lower, upper])
 
 
-def _lights(scene: Any) -> PointLights:
+def _lights(scene: Any, unit: str) -> PointLights:
     if not scene.emitters():
-        return PointLights(np.zeros((0, 3)), np.zeros((0, 1)))
+        return PointLights(np.zeros((0, 3)), np.zeros((0, 1)), unit)
     positions, intensities = [], []
     for emitter in scene.emitters():
         values = mi.traverse(emitter)
@@ -301,7 +316,7 @@ def _lights(scene: Any) -> PointLights:
         intensities.append(np.broadcast_to(np.array(values[colour], float).ravel(), 3))
     if np.isnan(intensities).any():
         raise ValueError("an intensity is no number; expected one of at least 0")
-    lights = PointLights(np.array(positions), np.array(intensities))
+    lights = PointLights(np.array(positions), np.array(intensities), unit)
     colours = lights.intensities
     grey = np.ptp(colours, axis=1).max() <= GREY * colours.max()
-    return PointLights(lights.positions, colours[:, :1]) if grey else lights
+    return replace(lights, intensities=colours[:, :1]) if grey else lights

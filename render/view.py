@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lightloc import BRDF, Conductor, Lambert, Mixed, Plastic
-from lightloc.checks import array, check_radiance
+from lightloc.checks import array, check_radiance, unit_word
 
 DIFFUSE = 0.0  # roughness of a surface that is Lambert: it has no lobe to be rough
 OTHER = -1.0  # roughness where the BSDF is none of lightloc's; only the scene knows it
@@ -31,7 +31,7 @@ class View:
     variance : (h, w, 3) array_like
         Variance of the mean ``radiance``, its unit squared; 0 where that is exact.
     position : (h, w, 3) array_like
-        The point that is seen, metres.
+        The point that is seen, in the unit of length.
     normal : (h, w, 3) array_like
         Unit shading normal on the side that is seen.
     facet : (h, w, 3) array_like
@@ -49,14 +49,16 @@ class View:
         Radiance averaged over the pixel (box filter), W sr^-1 m^-2, its indirect part with less
         noise: the picture to look at, not to measure.
     camera : (3,) array_like
-        The pinhole, metres.
+        The pinhole, in the unit of length.
     interreflected : bool
         Whether the radiance holds interreflected light too.
+    unit : str
+        The unit of length, a word; "unit" where nobody has said which it is.
 
     Raises
     ------
     ValueError
-        If a shape does not fit, or a value is not finite or out of range.
+        If a shape does not fit, a value is not finite or out of range, or ``unit`` is no word.
 
     Examples
     --------
@@ -81,6 +83,7 @@ class View:
     film: NDArray[np.float32]
     camera: NDArray[np.float32]
     interreflected: bool
+    unit: str
 
     def __init__(
         self,
@@ -97,6 +100,7 @@ class View:
         film: ArrayLike,
         camera: ArrayLike,
         interreflected: bool,
+        unit: str = "m",
     ) -> None:
         first = array("View.radiance", radiance, (None, None, 3))
         h, w = first.shape[:2]
@@ -119,6 +123,7 @@ class View:
         self._put("film", array("View.film", film, colour, least=0.0))
         self._put("camera", array("View.camera", camera, (3,)))
         object.__setattr__(self, "interreflected", bool(interreflected))
+        object.__setattr__(self, "unit", unit_word("View.unit", unit))
 
     def _put(self, name: str, value: NDArray, kind: type = np.float32) -> None:
         value = value.astype(kind)

@@ -14,7 +14,17 @@ import typer
 
 from validation.commands.figures import figures_command
 from validation.commands.localize import localize_command
-from validation.commands.outputs import FIND, SEED, SET, UNIT, parameters, say, sentence, writable
+from validation.commands.outputs import (
+    FIND,
+    SEED,
+    SET,
+    UNIT,
+    in_the_unit,
+    parameters,
+    say,
+    sentence,
+    writable,
+)
 from validation.commands.paired import paired_command
 from validation.commands.running import stoppable
 from validation.commands.streams import cut_off, prepare
@@ -90,6 +100,7 @@ def render_command(
 
     with Bar("rendering", total=1.0) as bar:
         import render
+        from lightloc import units
 
         room = render.load(scene, find=find or "point", unit=unit, **parameters(set_))
         seen = render.observe(
@@ -113,7 +124,12 @@ def render_command(
             room.lights.save(ready(lights))
         if view and picture:
             render.write_exr(picture, ready(view))
-    said = f"{out}: {len(seen)} observations of {room.name}, {seen.channels} channel(s)"
+    own = "the scene's own unit (--unit would name it)"
+    lengths = own if room.unit == units.UNKNOWN else room.unit
+    said = (
+        f"{out}: {len(seen)} observations of {room.name}, {seen.channels} channel(s), "
+        f"lengths in {lengths}"
+    )
     if room.unobserved:
         left = "; ".join(f"{name} {why}" for name, why in room.unobserved.items())
         said += f"\nnot observed: {left}"
@@ -133,6 +149,7 @@ def compare_command(
     ] = 5.0,
     set_: SET = [],  # noqa: B006
     find: FIND = [],  # noqa: B006
+    unit: UNIT = None,
 ) -> None:
     """Judge found lights by the true ones. Exits with 1 where they differ.
 
@@ -141,14 +158,14 @@ def compare_command(
     from lightloc import PointLights
     from validation.judge import compare
 
-    lights = PointLights.load(found)
+    lights = in_the_unit(PointLights.load(found), unit, found)
     diagonal = None
     if truth.endswith(".json"):
-        true = PointLights.load(truth)
+        true = in_the_unit(PointLights.load(truth), unit, truth)
     else:
         import render
 
-        room = render.load(truth, find=find or "point", **parameters(set_))
+        room = render.load(truth, find=find or "point", unit=unit, **parameters(set_))
         true, diagonal = room.lights, room.diagonal
     verdict = compare(lights, true, diagonal)
     print(verdict)

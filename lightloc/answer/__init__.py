@@ -18,6 +18,7 @@ For other rooms, in pipeline order:
 - `unexplained`: what is left is more than noise.
 - `Localization`: the whole answer.
 - `among`: an answer over all observations, some of which were left out.
+- `in_the_unit`: an answer whose lights say their unit of length.
 - `MARGIN`: standard errors added to B when computing the bound D.
 - `localization`: builds a `Localization` from a fit.
 - `judged`: an answer with the verdicts that follow from its errors.
@@ -27,7 +28,7 @@ For other rooms, in pipeline order:
 
 from lightloc.answer.basis import Assumption, Count, Noise, NoiseLaw, Way
 from lightloc.answer.judge import MARGIN, at_border, judged, localization, with_unknowns
-from lightloc.answer.result import Localization, Reason, Step, among
+from lightloc.answer.result import Localization, Reason, Step, among, in_the_unit
 from lightloc.answer.verdicts import (
     Kind,
     Verdict,
@@ -55,6 +56,7 @@ __all__ = [
     "unexplained",
     "Localization",
     "among",
+    "in_the_unit",
     "MARGIN",
     "localization",
     "judged",

@@ -101,8 +101,6 @@ def localization(
         noise=noise_of(q, problem, fit, o),
         counts=counts,
         assumed=tuple(assumption for assumption, holds in assumed.items() if holds),
-        unit=q.unit,
-        intensity_unit=q.power,
     )
 
 

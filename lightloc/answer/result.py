@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lightloc import units
 from lightloc.answer.basis import Assumption, Count, Noise, Way
 from lightloc.answer.stored import plain, read, write
 from lightloc.answer.verdicts import Verdict
 from lightloc.checks import printable
-from lightloc.given import PointLights
+from lightloc.given import Observations, PointLights
 
 
 class Reason(Enum):
@@ -133,10 +134,6 @@ class Localization:
         What the answer takes for granted and the observations were not asked about.
     way : Way
         How interreflected light was treated.
-    unit : str
-        The unit of length.
-    intensity_unit : str
-        The unit of intensities.
 
     Examples
     --------
@@ -176,8 +173,16 @@ class Localization:
     relative: bool = False
     assumed: tuple[Assumption, ...] = ()
     way: Way = Way.DIRECT
-    unit: str = "m"
-    intensity_unit: str = "W/sr"
+
+    @property
+    def unit(self) -> str:
+        """The unit of length, a word: that of the observations."""
+        return self.lights.unit
+
+    @property
+    def intensity_unit(self) -> str:
+        """The unit of intensities, as "W/sr" or "cd"; empty where nobody knows it."""
+        return self.lights.power
 
     @property
     def outliers(self) -> int:
@@ -288,14 +293,27 @@ class Localization:
             self.intensity_error,
             strict=True,
         ):
-            where = ", ".join(f"{a:.4f} ± {e:.1g}" for a, e in zip(p, dp, strict=True))
-            bright = ", ".join(
-                "unknown" if np.isnan(a) else f"{a:.4f} ± {e:.1g}"
+            where = [f"{units.figure(a, self.unit)} ± {e:.1g}" for a, e in zip(p, dp, strict=True)]
+            bright = [
+                "unknown" if np.isnan(a) else f"{units.figure(a, self.unit)} ± {e:.1g}"
                 for a, e in zip(I, dI, strict=True)
-            )
-            rows.append(f"  ({where}) {self.unit}   {bright} {self.intensity_unit}")
+            ]
+            rows.append("  " + units.light(where, bright, self.unit, self.lights.intensity_unit))
+        if len(self.lights):
+            said = units.explained(self.unit, self.lights.intensity_unit)
+            rows += [f"  {sentence}" for sentence in said]
         rows += [f"  {verdict.sentence}" for verdict in self.verdicts]
         return "\n".join(rows)
+
+
+def in_the_unit(found: Localization, q: Observations) -> Localization:
+    """The answer with lights that say the units of the observations."""
+
+    def said(lights: PointLights) -> PointLights:
+        return replace(lights, unit=q.unit, intensity_unit=q.intensity_unit)
+
+    counts = tuple(replace(count, lights=said(count.lights)) for count in found.counts)
+    return replace(found, lights=said(found.lights), counts=counts)
 
 
 def among(found: Localization, used: NDArray[np.bool_]) -> Localization:

@@ -38,8 +38,8 @@ def plain(found: Mapping[str, Any]) -> dict[str, Any]:
     names = ("position", "intensity", "position_error", "intensity_error", "bound", "width")
     return {
         "format": FORMAT,
-        "unit": found["unit"],
-        "intensity_unit": found["intensity_unit"],
+        "unit": found["lights"].unit,
+        "intensity_unit": found["lights"].power,
         "lights": [dict(zip(names, map(known, row), strict=True)) for row in rows],
         "reason": found["reason"].name,
         "verdicts": [
@@ -107,13 +107,15 @@ def read(path: str | Path) -> dict[str, Any]:
     """
     keys = archive(path, "localization", (FORMAT,))
 
-    def lights(prefix: str = "") -> PointLights:
-        return PointLights(keys[f"{prefix}positions"], keys[f"{prefix}intensities"])
-
     try:
         answer = json.loads(str(keys["answer"]))
     except json.JSONDecodeError:
         raise ValueError(f"{path}: field answer is no JSON") from None
+
+    def lights(prefix: str = "") -> PointLights:
+        own = answer["unit"], answer["intensity_unit"]
+        return PointLights(keys[f"{prefix}positions"], keys[f"{prefix}intensities"], *own)
+
     noise, counts = answer["noise"], answer["counts"]
     found = lights()
     (k, c), shape = found.intensities.shape, keys["residual"].shape
@@ -134,7 +136,6 @@ def read(path: str | Path) -> dict[str, Any]:
         "lights": found,
         **{name: keys[name] for name in ARRAYS},
         **{name: answer[name] for name in ("chi2", "certificate", "relative")},
-        **{name: answer[name] for name in ("unit", "intensity_unit")},
         "inseparable": tuple(pairs),
         "verdicts": tuple(
             Verdict(Kind[v["kind"]], tuple(v["lights"]), v["sentence"]) for v in answer["verdicts"]

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from lightloc import units
 from lightloc.backend import types
 from lightloc.fields import Grid
 from lightloc.fit import Bound, Criterion, Fit, Problem, residuals
@@ -249,7 +250,7 @@ def hidden(
 
 
 def _length(value: float, unit: str) -> str:
-    return f"{value:.2g} {unit}" if np.isfinite(value) else "any distance"
+    return units.length(value, unit) if np.isfinite(value) else "any distance"
 
 
 def _percent(value: float) -> str:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lightloc.checks import array, numbers
+from lightloc import units
+from lightloc.checks import array, numbers, unit_word
 from lightloc.files import regular, whole
 
 FORMAT = "lightloc-lights-1"
@@ -28,11 +29,17 @@ class PointLights:
     intensities : (k, c) or (k,) array_like
         Radiant intensities I, W/sr where that unit is the metre, at least 0; c = 1 or 3 (linear
         RGB). Kept as (k, c). NaN where one is unknown, as in a channel in which nothing is seen.
+    unit : str
+        The unit of length, a word; "unit" where nobody has said which it is.
+    intensity_unit : str
+        The unit of the intensities where it is not the one that follows from that, as "cd"; else
+        empty.
 
     Raises
     ------
     ValueError
-        If a shape is wrong, a position is not finite, or an intensity is negative or infinite.
+        If a shape is wrong, a position is not finite, an intensity is negative or infinite,
+        ``unit`` is no word, or ``intensity_unit`` is no text.
 
     Notes
     -----
@@ -48,8 +55,16 @@ class PointLights:
 
     positions: NDArray[np.float64]
     intensities: NDArray[np.float64]
+    unit: str
+    intensity_unit: str
 
-    def __init__(self, positions: ArrayLike, intensities: ArrayLike) -> None:
+    def __init__(
+        self,
+        positions: ArrayLike,
+        intensities: ArrayLike,
+        unit: str = "m",
+        intensity_unit: str = "",
+    ) -> None:
         positions = numbers("PointLights.positions", positions)
         intensities = numbers("PointLights.intensities", intensities)
         if positions.size == 0:
@@ -70,6 +85,11 @@ class PointLights:
             intensities.setflags(write=False)
         object.__setattr__(self, "positions", positions)
         object.__setattr__(self, "intensities", intensities)
+        object.__setattr__(self, "unit", unit_word("PointLights.unit", unit))
+        if not isinstance(intensity_unit, str) or not intensity_unit.isprintable():
+            raise ValueError("PointLights.intensity_unit is no text; expected a unit, as 'cd'")
+        follows = intensity_unit == units.power(unit)
+        object.__setattr__(self, "intensity_unit", "" if follows else intensity_unit)
 
     def __len__(self) -> int:
         return len(self.positions)
@@ -78,6 +98,11 @@ class PointLights:
     def channels(self) -> int:
         """The number of channels: 1, or 3 for linear RGB."""
         return self.intensities.shape[1]
+
+    @property
+    def power(self) -> str:
+        """The unit of intensities, as "W/sr"; empty where nobody has said the unit of length."""
+        return self.intensity_unit or units.power(self.unit)
 
     @property
     def order(self) -> NDArray[np.intp]:
@@ -100,13 +125,52 @@ class PointLights:
         >>> PointLights([[0, 0, 2], [1, 0, 2]], [1.0, 10.0]).brightest_first().positions.tolist()
         [[1.0, 0.0, 2.0], [0.0, 0.0, 2.0]]
         """
-        return PointLights(self.positions[self.order], self.intensities[self.order])
+        order = self.order
+        return replace(self, positions=self.positions[order], intensities=self.intensities[order])
+
+    def in_unit(self, unit: str) -> PointLights:
+        """Say the same lights in another unit of length.
+
+        Parameters
+        ----------
+        unit : str
+            The other one: m, dm, cm, mm, um, km, in, ft or yd; or the lights' own.
+
+        Returns
+        -------
+        PointLights
+            The lights, with intensities that leave the same radiance.
+
+        Raises
+        ------
+        ValueError
+            If nobody has said how long one of the two units is.
+
+        Examples
+        --------
+        >>> from lightloc import PointLights
+        >>> lights = PointLights([[0, 0, 2]], [10.0]).in_unit("cm")
+        >>> lights.positions.tolist(), lights.intensities.tolist()
+        ([[0.0, 0.0, 200.0]], [[100000.0]])
+        """
+        scale = units.conversion(self.unit, unit_word("unit", unit))
+        if scale is None:
+            raise ValueError(
+                f"the lights' unit of length is '{self.unit}', which can't be converted to '{unit}'"
+            )
+        return replace(
+            self,
+            positions=scale * self.positions,
+            intensities=self.intensities if self.intensity_unit else scale**2 * self.intensities,
+            unit=unit,
+        )
 
     def save(self, path: str | Path) -> None:
         """Write the lights as JSON, whole or not at all.
 
-        The file holds ``format`` and a list ``lights`` of ``{"position": [x, y, z], "intensity":
-        [...]}``, where null stands for an intensity that is unknown.
+        The file holds ``format``, ``unit``, ``intensity_unit`` where the lights have one, and a
+        list ``lights`` of ``{"position": [x, y, z], "intensity": [...]}``, where null stands for an
+        intensity that is unknown.
 
         Parameters
         ----------
@@ -132,7 +196,9 @@ class PointLights:
             for p, I in zip(self.positions, self.intensities, strict=True)
         ]
         with whole(path) as part:
-            part.write_text(json.dumps({"format": FORMAT, "lights": rows}, indent=1) + "\n")
+            own = {"intensity_unit": self.intensity_unit} if self.intensity_unit else {}
+            content = {"format": FORMAT, "unit": self.unit, **own, "lights": rows}
+            part.write_text(json.dumps(content, indent=1) + "\n")
 
     @staticmethod
     def load(path: str | Path) -> PointLights:
@@ -146,7 +212,7 @@ class PointLights:
         Returns
         -------
         PointLights
-            The lights in the file's order.
+            The lights in the file's order. They are in metres where the file says no unit.
 
         Raises
         ------
@@ -165,6 +231,7 @@ class PointLights:
         try:
             content = json.loads(regular(path).read_text("utf-8-sig"))
             rows, style = content["lights"], content.get("format", FORMAT)
+            unit, power = content.get("unit", "m"), content.get("intensity_unit", "")
             positions = [row["position"] for row in rows]
             intensities = [row["intensity"] for row in rows]
         except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
@@ -177,16 +244,16 @@ class PointLights:
         if style not in FORMATS:
             raise ValueError(f"{path}: its format is {str(style)[:40]!r}; expected {FORMAT}")
         try:
-            return PointLights(positions, intensities)
+            return PointLights(positions, intensities, unit, power)
         except ValueError as error:
             raise ValueError(f"{path}: {error}") from None
 
     def __str__(self) -> str:
         if not len(self):
             return "no lights"
-        rows = [
-            f"({', '.join(f'{a:.4f}' for a in p)}) m  "
-            f"{' '.join('unknown' if np.isnan(a) else f'{a:.4f}' for a in I)} W/sr"
-            for p, I in zip(self.positions, self.intensities, strict=True)
-        ]
-        return "\n".join(rows)
+        rows = []
+        for p, I in zip(self.positions, self.intensities, strict=True):
+            where = [units.figure(a, self.unit) for a in p]
+            bright = ["unknown" if np.isnan(a) else units.figure(a, self.unit) for a in I]
+            rows.append(units.light(where, bright, self.unit, self.intensity_unit))
+        return "\n".join(rows + units.explained(self.unit, self.intensity_unit))

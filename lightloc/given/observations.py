@@ -210,13 +210,6 @@ class Observations:
         return "irradiance" if isinstance(self.material, brdf.Irradiance) else "radiance"
 
     @property
-    def power(self) -> str:
-        """The unit of intensities: ``intensity_unit``, or that of radiance times unit squared."""
-        return self.intensity_unit or (
-            "W/sr" if self.unit == "m" else f"W sr^-1 m^-2 {self.unit}^2"
-        )
-
-    @property
     def known_sigma(self) -> NDArray[np.float64]:
         """(n, c) ``sigma``; refused with a ValueError where nobody knows it."""
         if self.sigma is None:

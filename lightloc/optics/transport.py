@@ -9,6 +9,7 @@ import drjit as dr
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from lightloc import units
 from lightloc.backend import doubles, types
 from lightloc.checks import array
 from lightloc.given import Geometry, Observations, PointLights
@@ -226,6 +227,11 @@ def radiance(
         B in W sr^-1 m^-2. c is 3 where the lights or the material have three channels; without any
         light it is the lights'. NaN where an intensity that is unknown would be seen.
 
+    Raises
+    ------
+    ValueError
+        If the lights say another unit of length than the observations.
+
     Examples
     --------
     Two lights of 1 W/sr, 1 m and 2 m above a diffuse surface: albedo / pi (1 + 1/4).
@@ -238,6 +244,11 @@ def radiance(
     >>> (np.pi * B).round(6).tolist()
     [[1.0]]
     """
+    if isinstance(q, Observations) and units.is_other(lights.unit, q.unit):
+        raise ValueError(
+            f"the lights are in {lights.unit} and the observations in {q.unit}; expected one unit "
+            "of length (PointLights.in_unit converts)"
+        )
     if not len(lights):
         n = q.n if isinstance(q, Surfels) else len(q)
         return np.zeros((n, lights.channels))

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+from validation.commands.outputs import in_the_unit
+
 if TYPE_CHECKING:
     from lightloc import Observations
     from render import Room
@@ -64,8 +66,8 @@ class Given:
             return seen, said, PATHS if both and seen.quantity == "irradiance" else 0
         self._only("sensor", "camera", "transport", "albedo")
         if kind == "exr":
-            return render.observe_view(first, room), None, 0
-        seen = Observations.load(first)
+            return in_the_unit(render.observe_view(first, room), self.unit, first), None, 0
+        seen = in_the_unit(Observations.load(first), self.unit, first)
         return (render.attach(seen, room) if room else seen), None, 0
 
     def _picture(self, room: Room | None) -> tuple[Observations, str, int]:

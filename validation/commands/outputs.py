@@ -4,12 +4,18 @@ from __future__ import annotations
 
 import os
 import sys
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, TypeVar
 
 import typer
 
 from validation.jobs import is_output, is_stream
+
+if TYPE_CHECKING:
+    from lightloc import Observations, PointLights
+
+Said = TypeVar("Said", "Observations", "PointLights")
 
 SET = Annotated[
     list[str], typer.Option("--set", help="A value for a scene parameter, as alpha=0.2.")
@@ -23,9 +29,7 @@ FIND = Annotated[
     ),
 ]
 
-UNIT = Annotated[
-    str | None, typer.Option(help="The scene's unit of length, as cm; no result depends on it.")
-]
+UNIT = Annotated[str | None, typer.Option(help="The unit of length, as cm, where no file says it.")]
 
 SEED = Annotated[int, typer.Option(min=0, help="Random seed: the same seed, the same output.")]
 
@@ -42,6 +46,17 @@ def parameters(settings: list[str]) -> dict[str, str]:
         if not all(setting.partition("=")):
             raise ValueError(f"--set {setting}: expected NAME=VALUE, as alpha=0.2")
     return dict(setting.split("=", 1) for setting in settings)
+
+
+def in_the_unit(said: Said, unit: str | None, file: str | Path) -> Said:
+    """What was read from a file, in the unit that ``--unit`` says where the file says none."""
+    from lightloc import units
+
+    if unit is None or said.unit == unit:
+        return said
+    if said.unit != units.UNKNOWN:
+        raise ValueError(f"--unit {unit}: {file} says that its lengths are in {said.unit}")
+    return replace(said, unit=unit)
 
 
 def writable(*paths: Path | None) -> None:

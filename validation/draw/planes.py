@@ -1,4 +1,4 @@
-"""Slices of the fields D, L and V (Eq. 6, 7, 8): metres, walls, lights, and a colour bar."""
+"""Slices of the fields D, L and V (Eq. 6, 7, 8) with walls, lights, and a colour bar."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 
+from lightloc import units
 from validation.draw.colours import place, png
 from validation.draw.marks import Light, light_traces
 from validation.draw.mesh import section, strokes
@@ -21,18 +22,21 @@ FRAME = 0.035  # of a side: thickness of the walls' colours about the limiters
 CELL_SHADES = 5  # neighbouring limiters differ in shade, so that the cells show (Figure 2b)
 CELL_SHADE = 0.05  # of the brightness, per shade
 BAR = {"orientation": "h", "yref": "container", "y": 0, "yanchor": "bottom", "len": 0.9}
-POINTED = "x %%{x:.2f} m, y %%{y:.2f} m: %%{%s:.3~r}<extra></extra>"
+POINTED = "x %%{x:.4~r}%s, y %%{y:.4~r}%s: %%{%s:.3~r}<extra></extra>"
 
 Array = NDArray[Any]
 
 
 def slices(
-    arrays: Mapping[str, Array], room: Mapping[str, Array] | None, lights: Sequence[Light]
+    arrays: Mapping[str, Array],
+    room: Mapping[str, Array] | None,
+    lights: Sequence[Light],
+    unit: str = "m",
 ) -> dict[str, go.Figure]:
     """D (ny, nx) of fields.npz, and L and V where it has them; row 0 of a field is at ymin.
 
     A limiter's place is (ny, nx, 3). The room has vertices (v, 3) and faces (f, 3), where it is
-    known; the lights are those near the slice.
+    known; the lights are those near the slice. Lengths are in the unit.
 
     Raises
     ------
@@ -43,7 +47,7 @@ def slices(
     low, size = extent[::2], np.diff(extent)[::2]
     if extent.shape != (4,) or not np.isfinite([*extent, height]).all() or (size <= 0).any():
         raise ValueError(f"extent {extent.tolist()} or height {height} is no place in a room")
-    plane = Plane(low, size, height, room, lights)
+    plane = Plane(low, size, height, room, lights, unit)
     drawn = {"D": _draw_d(_field("D", arrays), plane)}
     if "limiter" in arrays:
         drawn["L"] = _draw_l(_field("limiter", arrays, 3), arrays.get("L"), plane)
@@ -68,6 +72,12 @@ class Plane:
     height: float
     room: Mapping[str, Array] | None
     lights: Sequence[Light]
+    unit: str
+
+    def pointed(self, value: str) -> str:
+        """What is said where the pointer is."""
+        unit = "" if self.unit == units.UNKNOWN else f" {self.unit}"
+        return POINTED % (unit, unit, value)
 
     def cells(self, shape: Sequence[int]) -> dict[str, float]:
         """Where the cells (ny, nx) of a field lie, the first one at low x and y."""
@@ -89,7 +99,7 @@ class Plane:
         return at, {**cells, "x0": float(x[0]), "y0": float(y[0])}, more
 
     def drawn(self, field: Any, *more: Any, frame: float = 0.0) -> go.Figure:
-        """A field, what it needs, the walls and the lights; room for a frame about it, metres."""
+        """A field, what it needs, the walls and the lights; room for a frame about it."""
         at = strokes(section(self.room, self.height)) if self.room is not None else np.zeros((2, 0))
         line = {"x": at[0], "y": at[1], "mode": "lines", "hoverinfo": "skip", "showlegend": False}
         walls = [
@@ -101,8 +111,13 @@ class Plane:
         return figure(
             [field, *more, *walls, *light_traces(self.lights)],
             margin={"l": 45, "r": 10, "t": 30, "b": 115},
-            xaxis={**axis, "title": "x in m", "range": ends[0]},
-            yaxis={**axis, "title": "y in m", "range": ends[1], "scaleanchor": "x"},
+            xaxis={**axis, "title": units.measured("x", self.unit), "range": ends[0]},
+            yaxis={
+                **axis,
+                "title": units.measured("y", self.unit),
+                "range": ends[1],
+                "scaleanchor": "x",
+            },
         )
 
 
@@ -115,8 +130,8 @@ def _draw_d(values: Array, plane: Plane) -> go.Figure:
     # One scale however little D varies, so that round-off is not drawn as structure.
     low, high = (low, high) if high - low > 0.01 else (low - 0.5, high + 0.5)
     shown = np.where(values == 0, low, np.where(np.isfinite(logarithm), logarithm, np.nan))
-    scale = bar("D in W/sr", "bottom", **BAR, **decades(low, high))
-    said = {"customdata": values.astype(np.float32), "hovertemplate": POINTED % "customdata"}
+    scale = bar(units.measured("D", units.power(plane.unit)), "bottom", **BAR, **decades(low, high))
+    said = {"customdata": values.astype(np.float32), "hovertemplate": plane.pointed("customdata")}
     return plane.drawn(_map(shown, plane, "viridis", (low, high), colorbar=scale, **said))
 
 
@@ -124,8 +139,12 @@ def _draw_v(values: Array, plane: Plane) -> go.Figure:
     """V (ny, nx), from 0."""
     fine = values[np.isfinite(values)]
     most = float(fine.max()) if fine.size and fine.max() > 0 else 1.0
-    scale = bar("mean distance between<br>neighbouring limiters in m", "bottom", **BAR)
-    said = {"hovertemplate": POINTED % "z"}
+    scale = bar(
+        units.measured("mean distance between<br>neighbouring limiters", plane.unit),
+        "bottom",
+        **BAR,
+    )
+    said = {"hovertemplate": plane.pointed("z")}
     return plane.drawn(_map(values, plane, "magma", (0.0, most), colorbar=scale, **said))
 
 
@@ -154,12 +173,12 @@ def _draw_l(limiter: Array, index: Array | None, plane: Plane) -> go.Figure:
     source = "data:image/png;base64," + base64.b64encode(png(painted)).decode("ascii")
     return plane.drawn(
         go.Image(source=source, hoverinfo="skip", **cells),
-        _heights(low, high),
+        _heights(low, high, plane.unit),
         frame=FRAME * plane.size.max(),
     )
 
 
-def _heights(low: Array, high: Array) -> go.Scatter:
+def _heights(low: Array, high: Array, unit: str) -> go.Scatter:
     """Nothing but the colour bar of places above the middle of the right-hand wall."""
     levels = np.linspace(low[2], high[2], 9)
     right = [place(np.array([high[0], (low[1] + high[1]) / 2, z]), low, high) for z in levels]
@@ -169,7 +188,10 @@ def _heights(low: Array, high: Array) -> go.Scatter:
         "cmax": high[2],
         "colorscale": [f"rgb{tuple(colour.tolist())}" for colour in right],
         "colorbar": bar(
-            "height of that surface in m,<br>in the hue of the right-hand wall", "bottom", **BAR
+            units.measured("height of that surface", unit)
+            + ",<br>in the hue of the right-hand wall",
+            "bottom",
+            **BAR,
         ),
     }
     return go.Scatter(x=[None], y=[None], mode="markers", marker=marker, showlegend=False)

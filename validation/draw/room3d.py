@@ -9,6 +9,7 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 
+from lightloc import units
 from validation.draw.marks import GREEN, Light, light_traces
 from validation.draw.mesh import creases, strokes
 from validation.draw.page import QUIET, bar, decades, figure
@@ -29,8 +30,8 @@ BARE = dict.fromkeys(("showbackground", "showgrid", "zeroline", "showspikes"), F
 Array = NDArray[Any]
 
 
-def room(arrays: Mapping[str, Array], lights: Sequence[Light]) -> go.Figure:
-    """Draw room.npz's arrays and a case's lights.
+def room(arrays: Mapping[str, Array], lights: Sequence[Light], unit: str = "m") -> go.Figure:
+    """Draw room.npz's arrays and a case's lights, lengths being in a unit.
 
     Points (m, 3) carry their normals in `customdata`, inwards: the file's, else the bounding box's
     for points on it, else 0. By them the page leaves out points that turn their back to the viewer.
@@ -67,7 +68,7 @@ def room(arrays: Mapping[str, Array], lights: Sequence[Light]) -> go.Figure:
         _lines(_links(lights), GREEN, 4),
         *light_traces(lights, go.Scatter3d),
     ]
-    shown = figure([*dots, *still], **_space(low, high, PADDING * diagonal))
+    shown = figure([*dots, *still], **_space(low, high, PADDING * diagonal, unit))
     if len(said) < len(points):
         note = f"{len(said):,} of {len(points):,} points are drawn"
         at = {"x": 0, "y": 1, "xref": "paper", "yref": "paper"}
@@ -139,8 +140,8 @@ def _axes(at: Array) -> dict[str, Array]:
     return dict(zip("xyz", at.astype(np.float32), strict=True))
 
 
-def _space(low: Array, high: Array, padding: float) -> dict[str, Any]:
-    """Metres along each axis, the same length, seen from above a corner."""
+def _space(low: Array, high: Array, padding: float, unit: str) -> dict[str, Any]:
+    """The unit along each axis, the same length, seen from above a corner."""
     size = high - low + 2 * padding
     aspect = size / size.max()
     look = {**BARE, "color": QUIET, "nticks": 5, "tickfont": {"size": 10}}
@@ -148,7 +149,7 @@ def _space(low: Array, high: Array, padding: float) -> dict[str, Any]:
         f"{name}axis": {
             **look,
             "range": [*ends],
-            "title": {"text": f"{name} in m", "font_size": 11},
+            "title": {"text": units.measured(name, unit), "font_size": 11},
         }
         for name, ends in zip("xyz", np.stack([low - padding, high + padding], axis=1), strict=True)
     }

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from lightloc import PointLights
+from lightloc import PointLights, units
 
 RADIUS = 0.05
 """A found light farther than this share of the diagonal from every true one matches none."""
@@ -23,7 +23,7 @@ class Pair:
     true, found : int
         Index of each among its own.
     distance : float
-        Between the two, metres.
+        Between the two, in the true lights' unit of length.
     distance_percent : float
         The same, percent of the diagonal.
     intensity_percent : tuple of float
@@ -61,6 +61,8 @@ class Comparison:
         Indices of true lights that none was matched with.
     ghosts : tuple of int
         Indices of found lights that none was matched with.
+    unit : str
+        The unit of the distances: that of the true lights.
 
     Examples
     --------
@@ -79,6 +81,7 @@ class Comparison:
     pairs: tuple[Pair, ...]
     missed: tuple[int, ...]
     ghosts: tuple[int, ...]
+    unit: str = "m"
 
     @property
     def count_right(self) -> bool:
@@ -116,7 +119,7 @@ class Comparison:
                 "unknown" if np.isnan(e) else f"{e:.3g} %" for e in pair.intensity_percent
             )
             rows.append(
-                f"  light {pair.true + 1}: {pair.distance:.3g} m "
+                f"  light {pair.true + 1}: {units.length(pair.distance, self.unit, 3)} "
                 f"({pair.distance_percent:.3g} % of the diagonal), intensity {errors}"
             )
         rows += [f"  light {i + 1} was missed" for i in self.missed]
@@ -135,19 +138,26 @@ def compare(
     Parameters
     ----------
     found : PointLights
-        What was found.
+        What was found; converted to the true lights' unit of length where it is in another.
     true : PointLights
         What is there.
     diagonal : float, optional
-        Diagonal of the room, metres; of the true lights' own box (at least 1 m) where None.
+        Diagonal of the room, in the true lights' unit; of their own box (at least 1 m) where None.
     radius : float, optional
-        Farthest that a pair may lie apart, metres; 5 % of the diagonal where None.
+        Farthest that a pair may lie apart, in that unit; 5 % of the diagonal where None.
 
     Returns
     -------
     Comparison
-        As many pairs as can be made within the radius, with their distances in metres and percent
-        of the diagonal, and what is left over.
+        As many pairs as can be made within the radius, with their distances in that unit and in
+        percent of the diagonal, and what is left over.
+
+    Raises
+    ------
+    ValueError
+        If the lights are in two units of length of which one is not known, or their intensities in
+        two units, as W/sr and cd; or if there is no diagonal: none is given, the unit is not known,
+        and the true lights' box is a point.
 
     Examples
     --------
@@ -159,9 +169,22 @@ def compare(
     >>> result.count_right, round(result.worst_position_percent, 3)
     (True, 0.1)
     """
+    if units.conversion(found.unit, true.unit) is None:
+        raise ValueError(
+            f"the unit of length is '{found.unit}' of the found lights and '{true.unit}' of the "
+            "true ones, which can't be converted; say the unit of both"
+        )
+    found = found.in_unit(true.unit)
+    if found.intensity_unit != true.intensity_unit:
+        raise ValueError(
+            f"the intensities of the found lights are in {found.power}, those of the true ones in "
+            f"{true.power or 'another unit'}; expected one unit"
+        )
     if diagonal is None:
         box = np.ptp(true.positions, axis=0) if len(true) else np.zeros(3)
-        diagonal = max(1.0, float(np.linalg.norm(box)))
+        diagonal = max(units.conversion("m", true.unit) or 0.0, float(np.linalg.norm(box)))
+        if not diagonal:
+            raise ValueError("the room's diagonal is not known; give it, or name the scene")
     limit = RADIUS * diagonal if radius is None else radius
     distance = np.linalg.norm(true.positions[:, None] - found.positions[None], axis=2)
     far = 2.0 * limit * (1 + distance.size)  # dearer than any set of pairs within the radius
@@ -183,6 +206,7 @@ def compare(
         pairs=pairs,
         missed=tuple(sorted(set(range(len(true))) - {pair.true for pair in pairs})),
         ghosts=tuple(sorted(set(range(len(found))) - {pair.found for pair in pairs})),
+        unit=true.unit,
     )
 
 

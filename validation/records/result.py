@@ -24,7 +24,7 @@ Errors = Annotated[
 
 
 class TrueLight(Part):
-    """A light of the scene: position (3,) in metres, intensity (c,) in W/sr."""
+    """A light of the scene: position (3,) and intensity (c,), in the result's unit of length."""
 
     position: Vector
     intensity: Reals
@@ -144,6 +144,7 @@ class Result(Part):
     parameters: dict[str, Any] = Field(default_factory=dict)
     limits: Limits | None = None
     diagonal: Real = None
+    unit: str = "m"
     lights: Lights | None = None
     comparison: Comparison | None = None
     rerender: Rerender | None = None

@@ -56,7 +56,7 @@ def environment() -> Environment:
     names = (
         "number",
         "percent",
-        "metres",
+        "said",
         "seconds",
         "material",
         "noise",
@@ -66,6 +66,7 @@ def environment() -> Environment:
     )
     made.filters.update({name: getattr(words, name) for name in names})
     made.filters["url"] = lambda text: quote(text, safe="")
+    made.filters["in_its_unit"] = words.length
     made.globals.update(symbols=words.SYMBOLS, meanings=words.MEANINGS, order=ORDER)
     return made
 
@@ -108,11 +109,13 @@ def write_case(
         result=result,
         before=results[index - 1] if index > 0 else None,
         after=results[index + 1] if index + 1 < len(results) else None,
-        room=_draw(solid, lambda arrays: embedded(room(arrays, lights)), "the room in 3D"),
+        room=_draw(
+            solid, lambda arrays: embedded(room(arrays, lights, result.unit)), "the room in 3D"
+        ),
         view=_draw(view, lambda arrays: draw_view(folder, arrays), "the camera's view"),
         slices=_draw(
             fields,
-            lambda arrays: draw_slices(arrays, solid.drawn, lights, result.diagonal),
+            lambda arrays: draw_slices(arrays, solid.drawn, lights, result.diagonal, result.unit),
             "the slices",
         ),
         lights=light_rows(result),

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from validation.draw import Light
 from validation.records import FoundLight, Pair, Result, TrueLight
-from validation.report.words import intensity, measured, metres, number, percent
+from validation.report.words import intensity, length, measured, number, percent
 
 
 @dataclass(frozen=True)
@@ -33,12 +33,21 @@ def light_rows(result: Result) -> list[LightRow]:
     true, found = result.lights.true, result.lights.found
     rows = [
         _row(
-            "pair", f"{pair.true + 1} ↔ {pair.found + 1}", true[pair.true], found[pair.found], pair
+            "pair",
+            result.unit,
+            f"{pair.true + 1} ↔ {pair.found + 1}",
+            true[pair.true],
+            found[pair.found],
+            pair,
         )
         for pair in sorted(result.comparison.pairs, key=lambda pair: pair.true)
     ]
-    rows += [_row("missed", str(i + 1), true=true[i]) for i in result.comparison.missed]
-    rows += [_row("ghost", str(i + 1), found=found[i]) for i in result.comparison.ghosts]
+    rows += [
+        _row("missed", result.unit, str(i + 1), true=true[i]) for i in result.comparison.missed
+    ]
+    rows += [
+        _row("ghost", result.unit, str(i + 1), found=found[i]) for i in result.comparison.ghosts
+    ]
     return rows
 
 
@@ -49,17 +58,17 @@ def light_marks(result: Result) -> list[Light]:
     true, comparison = result.lights.true, result.comparison
     marks = []
     for i, light in enumerate(true):
-        text = f"true light {i + 1}: {intensity(light.intensity)}"
+        text = f"true light {i + 1}: {intensity(light.intensity, result.unit)}"
         marks.append(Light("missed" if i in comparison.missed else "true", light.position, text))
     partner = {pair.found: pair for pair in comparison.pairs}
     for i, light in enumerate(result.lights.found):
-        text = f"found light {i + 1}: {intensity(light.intensity)}<br>"
+        text = f"found light {i + 1}: {intensity(light.intensity, result.unit)}<br>"
         pair = partner.get(i)
         if pair is None:
             text += "a ghost: no true light is near"
             marks.append(Light("ghost", light.position, text))
             continue
-        off = f"{metres(pair.distance)} ({percent(pair.distance_percent)})"
+        off = f"{length(pair.distance, result.unit)} ({percent(pair.distance_percent)})"
         text += f"{off} from true light {pair.true + 1}"
         marks.append(Light("found", light.position, text, true[pair.true].position))
     return marks
@@ -87,6 +96,7 @@ def deviation(true: TrueLight, found: FoundLight) -> float | None:
 
 def _row(
     kind: str,
+    unit: str,
     name: str,
     true: TrueLight | None = None,
     found: FoundLight | None = None,
@@ -98,13 +108,13 @@ def _row(
         name=name,
         true_position=_list(true.position, []) if true else [],
         found_position=_list(found.position, found.position_error) if found else [],
-        distance=metres(pair.distance) if pair else "",
+        distance=length(pair.distance, unit) if pair else "",
         distance_percent=percent(pair.distance_percent) if pair else "",
         deviation=f"{number(apart, 2)} σ" if apart is not None else "",
-        true_intensity=intensity(true.intensity) if true else "",
+        true_intensity=intensity(true.intensity, unit) if true else "",
         found_intensity=_list(found.intensity, found.intensity_error) if found else [],
         intensity_percent=" · ".join(percent(e) for e in pair.intensity_percent) if pair else "",
-        bound=intensity(found.bound) if found and found.bound else "",
+        bound=intensity(found.bound, unit) if found and found.bound else "",
     )
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from validation.draw import Light, embedded, slices
-from validation.report.words import metres
+from validation.report.words import length
 
 NEAR = 0.05  # of the room's diagonal: lights this close to the slice are drawn on it
 CAPTIONS = {
@@ -58,6 +58,7 @@ def draw_slices(
     room: Mapping[str, Array] | None,
     lights: Sequence[Light],
     diagonal: float | None,
+    unit: str,
 ) -> Slices:
     """Draw fields.npz's arrays; row 0 of a field is at ymin.
 
@@ -69,11 +70,11 @@ def draw_slices(
     height, reach = float(arrays["height"]), NEAR * (diagonal or float(np.ptp(arrays["extent"])))
     close = [light for light in lights if _off(light, height) <= reach]
     drawn = []
-    for name, figure in slices(arrays, room, close).items():
+    for name, figure in slices(arrays, room, close, unit).items():
         title, caption = CAPTIONS[name]
         note = _note(arrays["D"]) if name == "D" else ""
         drawn.append(Slice(name, title, caption + note, embedded(figure)))
-    return Slices(height, _near(reach, len(lights) - len(close)), drawn)
+    return Slices(height, _near(length(reach, unit), len(lights) - len(close)), drawn)
 
 
 def _off(light: Light, height: float) -> float:
@@ -87,8 +88,8 @@ def _note(D: Array) -> str:
     return (dark if (D == 0).any() else "") + ("" if np.isfinite(D).all() else blank)
 
 
-def _near(reach: float, elsewhere: int) -> str:
-    words = f"Lights within {metres(reach)} of the slice are drawn"
+def _near(reach: str, elsewhere: int) -> str:
+    words = f"Lights within {reach} of the slice are drawn"
     if elsewhere == 0:
         return words + "; none lies farther off"
     return words + f"; {elsewhere} true or found lie farther off"

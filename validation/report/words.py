@@ -5,6 +5,7 @@ import re
 from collections.abc import Sequence
 from datetime import UTC, datetime
 
+from lightloc import units
 from validation.records import Result
 
 NOTHING = "–"
@@ -55,10 +56,18 @@ def briefly(value: float | None) -> str:
     return f"< {LEAST_PERCENT} %" if value is not None and value < LEAST_PERCENT else percent(value)
 
 
-def metres(value: float | None) -> str:
-    """Write a length in the unit that suits it."""
+def length(value: float | None, unit: str) -> str:
+    """Write a length: one in metres in the unit that suits it, any other in its own.
+
+    Examples
+    --------
+    >>> length(0.0213, "m"), length(2.13, "in"), length(2.13, "unit")
+    ('2.13 cm', '2.13 in', '2.13 units')
+    """
     if value is None or not math.isfinite(value):
         return NOTHING
+    if unit != "m":
+        return f"{number(value)} {'units' if unit == units.UNKNOWN else unit}"
     for unit, size in (("m", 1.0), ("cm", 1e-2), ("mm", 1e-3)):
         if abs(value) >= size:
             return f"{number(value / size)} {unit}"
@@ -86,9 +95,22 @@ def measured(value: float | None, error: float | None) -> str:
     return _minus(f"{value:.{decimals}f}") + " ± " + f"{error:.{decimals}f}"
 
 
-def intensity(channels: Sequence[float | None]) -> str:
-    """Write a radiant intensity, by channel where it has three."""
-    return " · ".join(number(channel) for channel in channels) + " W/sr"
+def intensity(channels: Sequence[float | None], unit: str) -> str:
+    """Write a radiant intensity, by channel where it has three, of a scene in a unit of length."""
+    return " · ".join(number(channel) for channel in channels) + (" W/sr" if unit == "m" else "")
+
+
+def said(unit: str) -> str:
+    """In what positions and intensities are.
+
+    Examples
+    --------
+    >>> said("m"), said("unit")
+    ('Positions in m and intensities in W/sr', "Positions in the scene's own unit")
+    """
+    if unit == units.UNKNOWN:
+        return "Positions in the scene's own unit"
+    return f"Positions in {unit} and intensities in {units.power(unit)}"
 
 
 def material(result: Result) -> str:

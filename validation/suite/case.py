@@ -50,7 +50,7 @@ def run_case(case: Case, folder: Path, command: str) -> dict[str, Any]:
     room = render.load(case.scene_file, find=case.find, unit=case.unit, **values)
     if case.lights:
         table = np.array(case.lights)
-        room = render.relight(room, PointLights(table[:, :3], table[:, 3:]))
+        room = render.relight(room, PointLights(table[:, :3], table[:, 3:], room.unit))
     clock.lap("load")
     seen = observe(case, room, case.seed)
     seen.save(folder / "observations.npz")
@@ -89,6 +89,7 @@ def run_case(case: Case, folder: Path, command: str) -> dict[str, Any]:
             radius_percent=100 * RADIUS,
         ),
         diagonal=room.diagonal,
+        unit=room.unit,
         lights=Lights(true=true_lights(room.lights), found=found_lights(found)),
         comparison=compared(comparison),
         rerender=again,
