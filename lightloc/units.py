@@ -59,17 +59,6 @@ def length(value: float, unit: str, digits: int = 2) -> str:
     return f"{value:.{digits}g} {'units' if unit == UNKNOWN else unit}"
 
 
-def measured(name: str, unit: str) -> str:
-    """What an axis or a colour bar is called; a name alone where nobody knows the unit.
-
-    Examples
-    --------
-    >>> measured("x", "cm"), measured("x", "unit"), measured("D", power("unit"))
-    ('x in cm', 'x', 'D')
-    """
-    return name if unit in ("", UNKNOWN) else f"{name} in {unit}"
-
-
 def power(unit: str) -> str:
     """In what the intensities of lights are whose places are in a unit; empty where nobody knows.
 

@@ -5,7 +5,8 @@ radiance. Attributes: ``lightloc:format`` names the format and its version, ``li
 the pinhole (3 floats), ``lightloc:unit`` the unit of length (metres where it is missing),
 ``lightloc:transport`` is "direct" or "full" (with interreflected light), and ``lightloc:crc32``
 (hexadecimal; may be missing) is the CRC-32 of the pixels in this order of channels, then of the
-camera, both little-endian, because EXR itself has no checksum.
+camera, both little-endian, then of the unit in UTF-8 where it is not "m", because EXR itself has no
+checksum.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from lightloc.files import regular, whole
 from render.view import View
 
 FORMAT = "lightloc-view-1"
+METRE = "m"  # of files that say no unit
 CHANNELS = {
     "radiance": ("R", "G", "B"),
     "variance": ("variance.R", "variance.G", "variance.B"),
@@ -80,7 +82,7 @@ def write_exr(view: View, path: str | Path) -> None:
     spec.attribute("lightloc:camera", oiio.TypeDesc("float[3]"), tuple(view.camera.tolist()))
     spec.attribute("lightloc:unit", view.unit)
     spec.attribute("lightloc:transport", "full" if view.interreflected else "direct")
-    spec.attribute("lightloc:crc32", _checksum(pixels, view.camera))
+    spec.attribute("lightloc:crc32", _checksum(pixels, view.camera, view.unit))
     spec.attribute("DateTime", NO_DATE)
     try:
         with whole(path) as part:
@@ -216,18 +218,19 @@ def _read(path: str | Path, file: oiio.ImageInput) -> dict[str, Any]:
         layer: pixels[:, :, [place[name] for name in channels]]
         for layer, channels in CHANNELS.items()
     }
+    unit = spec.get_string_attribute("lightloc:unit") or METRE
     whole = np.concatenate(list(layers.values()), axis=2)
-    if checksum and checksum != _checksum(whole, camera):
+    if checksum and checksum != _checksum(whole, camera, unit):
         raise ValueError(f"{path}: is damaged (its lightloc:crc32 differs)")
     for layer, channels in CHANNELS.items():
         if len(channels) == 1:
             layers[layer] = layers[layer][..., 0]
-    unit = spec.get_string_attribute("lightloc:unit") or "m"
     return {**layers, "camera": camera, "interreflected": transport == "full", "unit": unit}
 
 
-def _checksum(pixels: NDArray, camera: ArrayLike) -> str:
-    parts = (np.ascontiguousarray(part, "<f4").tobytes() for part in (pixels, camera))
+def _checksum(pixels: NDArray, camera: ArrayLike, unit: str) -> str:
+    parts = [np.ascontiguousarray(part, "<f4").tobytes() for part in (pixels, camera)]
+    parts += [] if unit == METRE else [unit.encode()]
     return f"{zlib.crc32(b''.join(parts)):08x}"
 
 

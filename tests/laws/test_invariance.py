@@ -37,6 +37,12 @@ def moved(q: Observations, turn: np.ndarray, shift: np.ndarray, scale: float = 1
     )
 
 
+def scaled(outline: Outline, scale: float) -> Outline:
+    """A room so many times as large."""
+    walls, *pillars = (Loop(scale * loop.vertices, loop.bulges) for loop in outline.loops)
+    return Outline(walls, tuple(pillars))
+
+
 def test_rigid_motion(sample, facing, rounding):
     """Turning and shifting room and lights together leaves every B as it was.
 
@@ -102,19 +108,19 @@ def test_order_of_observations(sample, facing, rng):
     np.testing.assert_array_equal(shading(q.at(order), LIGHTS.positions), S[order])
 
 
-@pytest.mark.parametrize(("discs", "scale"), [(0, 2.0**-6), (0, 2.0**7), (2, 2.0**7)])
+@pytest.mark.parametrize(
+    ("discs", "scale"), [(0, 2.0**-6), (0, 2.0**7), (2, 2.0**7), (2, 2.0**-20), (2, 1000.0)]
+)
 def test_an_answer_has_no_unit_of_length(discs, scale):
     """The lights of a room s times as large are found s times as far apart, and as sure.
 
     What a search compares with a length is a share of the room's, so that the answers have the
     same reason and verdicts. They agree as far as a polish goes: it ends where chi-square, 1 per
     residual, falls by less than `POLISH_FALL` of itself: so many standard errors squared.
-    Only shadow rays begin off their surface by a length, as Mitsuba's do; no small room has discs.
     """
     room = rooms_with_discs(discs, 3, count=1)[0] if discs else rooms(3, count=1)[0]
     q = room.observe(noise=0.03)
-    walls, *pillars = (Loop(scale * loop.vertices, loop.bulges) for loop in room.outline.loops)
-    geometry = Outline(walls, tuple(pillars)) if discs else None
+    geometry = scaled(room.outline, scale) if discs else None
     here, there = localize(q, room.geometry), localize(moved(q, np.eye(3), 0, scale), geometry)
     said = [[(v.kind, v.lights) for v in found.verdicts] for found in (here, there)]
     assert said[0] == said[1]
@@ -128,14 +134,52 @@ def test_an_answer_has_no_unit_of_length(discs, scale):
     np.testing.assert_allclose(there.resolution / scale, here.resolution, rtol=1e-3)
 
 
+EXTREMES = (2.0**-20, 2.0**-7, 1e-3, 100.0, 1000.0, 2.0**20)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scale", EXTREMES)
+def test_exact_answers_have_no_unit_of_length(scale):
+    """From a millionth to a million times the size, shadows included: the same to 1e-12.
+
+    A search in exact data ends in 64 bits, whose rounding is 1e-16. What comes before it computes
+    in float32, whose squares would leave its range at either end if they were of lengths.
+    """
+    room = rooms_with_discs(2, 3, count=1)[0]
+    q = room.observe()
+    here = localize(q, room.outline)
+    there = localize(moved(q, np.eye(3), 0, scale), scaled(room.outline, scale))
+    assert there.reason is here.reason and len(there.lights) == len(here.lights)
+    np.testing.assert_allclose(there.lights.positions / scale, here.lights.positions, atol=1e-12)
+    np.testing.assert_allclose(
+        there.lights.intensities / scale**2, here.lights.intensities, rtol=1e-12
+    )
+
+
+@pytest.mark.parametrize("scale", EXTREMES)
+def test_shadows_have_no_unit_of_length(scale):
+    """V is the same but where rays pass an edge by what the offset of their origin moves them.
+
+    In a room of at least one unit that is Mitsuba's, 9e-5 (1 + max|x|), and 9e-5 (diagonal +
+    max|x|) in a smaller one. With a fixed length the smallest rooms had no light at all.
+    """
+    room = rooms_with_discs(2, 3, count=1)[0]
+    q = room.observe()
+    p = np.random.default_rng(0).uniform(*room.outline.bounds, (200, 3)) * [1, 1, 0]
+    p = p[room.outline.inside(p)]
+    here = shading(q, p, room.outline)[:, :, 0]
+    there = shading(moved(q, np.eye(3), 0, scale), scale * p, scaled(room.outline, scale))[:, :, 0]
+    assert ((here > 0) != (there > 0)).mean() < 1e-3
+    assert 0.1 < (here > 0).mean() < 0.9
+
+
 def test_a_search_sees_soft_shadows_by_a_share_of_the_room():
     """The edges that a search widens are as wide in a hall, beside its walls, as in a chamber."""
     room, o = rooms_with_discs(2, 3, count=1)[0], Options()
-    walls, *pillars = (Loop(128 * loop.vertices, loop.bulges) for loop in room.outline.loops)
     q, blurs = room.observe(noise=0.03), []
     for seen, geometry in (
         (q, room.outline),
-        (moved(q, np.eye(3), 0, 128.0), Outline(walls, tuple(pillars))),
+        (moved(q, np.eye(3), 0, 128.0), scaled(room.outline, 128.0)),
     ):
         ground = Ground.of(seen, geometry, seen.bounds, o, 0)
         blurs.append(ground.view(ground.whole, o, Criterion.of(o)).through(0.02, 0.005).blur)

@@ -9,6 +9,8 @@ import plotly.graph_objects as go
 from plotly.io.json import to_json_plotly
 from plotly.offline import get_plotlyjs
 
+from validation.records import UNKNOWN
+
 QUIET, FAINT = "#8b95a1", "rgba(139, 149, 161, 0.28)"  # of lines, on light and on dark pages
 CLEAR = "rgba(0,0,0,0)"
 SERIES = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9")  # Okabe and Ito
@@ -52,6 +54,17 @@ def embedded(drawn: go.Figure) -> str:
 def script() -> str:
     """plotly.js, which every page of a report shares."""
     return str(get_plotlyjs())
+
+
+def measured(name: str, unit: str) -> str:
+    """What an axis or a colour bar is called; a name alone where nobody knows the unit.
+
+    Examples
+    --------
+    >>> measured("x", "cm"), measured("x", "unit"), measured("D", "")
+    ('x in cm', 'x', 'D')
+    """
+    return name if unit in ("", UNKNOWN) else f"{name} in {unit}"
 
 
 def bar(title: str, side: str, **options: Any) -> dict[str, Any]:

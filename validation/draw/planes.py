@@ -11,11 +11,11 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 
-from lightloc import units
 from validation.draw.colours import place, png
 from validation.draw.marks import Light, light_traces
 from validation.draw.mesh import section, strokes
-from validation.draw.page import bar, decades, figure
+from validation.draw.page import bar, decades, figure, measured
+from validation.records import UNKNOWN
 
 D_PERCENTILES = (1.0, 99.0)  # D grows without bound near unlit corners; they'd eat the colours
 FRAME = 0.035  # of a side: thickness of the walls' colours about the limiters
@@ -32,11 +32,12 @@ def slices(
     room: Mapping[str, Array] | None,
     lights: Sequence[Light],
     unit: str = "m",
+    power: str = "W/sr",
 ) -> dict[str, go.Figure]:
     """D (ny, nx) of fields.npz, and L and V where it has them; row 0 of a field is at ymin.
 
     A limiter's place is (ny, nx, 3). The room has vertices (v, 3) and faces (f, 3), where it is
-    known; the lights are those near the slice. Lengths are in the unit.
+    known; the lights are those near the slice. Lengths are in the unit, D in the power.
 
     Raises
     ------
@@ -47,7 +48,7 @@ def slices(
     low, size = extent[::2], np.diff(extent)[::2]
     if extent.shape != (4,) or not np.isfinite([*extent, height]).all() or (size <= 0).any():
         raise ValueError(f"extent {extent.tolist()} or height {height} is no place in a room")
-    plane = Plane(low, size, height, room, lights, unit)
+    plane = Plane(low, size, height, room, lights, unit, power)
     drawn = {"D": _draw_d(_field("D", arrays), plane)}
     if "limiter" in arrays:
         drawn["L"] = _draw_l(_field("limiter", arrays, 3), arrays.get("L"), plane)
@@ -73,10 +74,11 @@ class Plane:
     room: Mapping[str, Array] | None
     lights: Sequence[Light]
     unit: str
+    power: str
 
     def pointed(self, value: str) -> str:
         """What is said where the pointer is."""
-        unit = "" if self.unit == units.UNKNOWN else f" {self.unit}"
+        unit = "" if self.unit == UNKNOWN else f" {self.unit}"
         return POINTED % (unit, unit, value)
 
     def cells(self, shape: Sequence[int]) -> dict[str, float]:
@@ -111,10 +113,10 @@ class Plane:
         return figure(
             [field, *more, *walls, *light_traces(self.lights)],
             margin={"l": 45, "r": 10, "t": 30, "b": 115},
-            xaxis={**axis, "title": units.measured("x", self.unit), "range": ends[0]},
+            xaxis={**axis, "title": measured("x", self.unit), "range": ends[0]},
             yaxis={
                 **axis,
-                "title": units.measured("y", self.unit),
+                "title": measured("y", self.unit),
                 "range": ends[1],
                 "scaleanchor": "x",
             },
@@ -130,7 +132,7 @@ def _draw_d(values: Array, plane: Plane) -> go.Figure:
     # One scale however little D varies, so that round-off is not drawn as structure.
     low, high = (low, high) if high - low > 0.01 else (low - 0.5, high + 0.5)
     shown = np.where(values == 0, low, np.where(np.isfinite(logarithm), logarithm, np.nan))
-    scale = bar(units.measured("D", units.power(plane.unit)), "bottom", **BAR, **decades(low, high))
+    scale = bar(measured("D", plane.power), "bottom", **BAR, **decades(low, high))
     said = {"customdata": values.astype(np.float32), "hovertemplate": plane.pointed("customdata")}
     return plane.drawn(_map(shown, plane, "viridis", (low, high), colorbar=scale, **said))
 
@@ -140,7 +142,7 @@ def _draw_v(values: Array, plane: Plane) -> go.Figure:
     fine = values[np.isfinite(values)]
     most = float(fine.max()) if fine.size and fine.max() > 0 else 1.0
     scale = bar(
-        units.measured("mean distance between<br>neighbouring limiters", plane.unit),
+        measured("mean distance between<br>neighbouring limiters", plane.unit),
         "bottom",
         **BAR,
     )
@@ -188,8 +190,7 @@ def _heights(low: Array, high: Array, unit: str) -> go.Scatter:
         "cmax": high[2],
         "colorscale": [f"rgb{tuple(colour.tolist())}" for colour in right],
         "colorbar": bar(
-            units.measured("height of that surface", unit)
-            + ",<br>in the hue of the right-hand wall",
+            measured("height of that surface", unit) + ",<br>in the hue of the right-hand wall",
             "bottom",
             **BAR,
         ),

@@ -9,10 +9,9 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 
-from lightloc import units
 from validation.draw.marks import GREEN, Light, light_traces
 from validation.draw.mesh import creases, strokes
-from validation.draw.page import QUIET, bar, decades, figure
+from validation.draw.page import QUIET, bar, decades, figure, measured
 
 POINTS_MOST, MANY = 20_000, 15_000  # a browser turns so many smoothly; of so many, small ones
 FACES_MOST = 100_000  # beyond it the walls' edges are drawn, and not their faces
@@ -149,7 +148,7 @@ def _space(low: Array, high: Array, padding: float, unit: str) -> dict[str, Any]
         f"{name}axis": {
             **look,
             "range": [*ends],
-            "title": {"text": units.measured(name, unit), "font_size": 11},
+            "title": {"text": measured(name, unit), "font_size": 11},
         }
         for name, ends in zip("xyz", np.stack([low - padding, high + padding], axis=1), strict=True)
     }

@@ -8,6 +8,9 @@ from pydantic import BeforeValidator, Field
 
 from validation.records.part import Count, Made, Part, Real, Reals, Vector
 
+UNKNOWN = "unit"
+"""A scene's unit of length of which nobody has said which it is."""
+
 Outcome = Literal["failed", "crashed", "shown", "passed"]
 
 
@@ -144,7 +147,8 @@ class Result(Part):
     parameters: dict[str, Any] = Field(default_factory=dict)
     limits: Limits | None = None
     diagonal: Real = None
-    unit: str = "m"
+    unit: str = "m"  # of length
+    power: str = "W/sr"  # what intensities are in
     lights: Lights | None = None
     comparison: Comparison | None = None
     rerender: Rerender | None = None

@@ -56,7 +56,7 @@ def environment() -> Environment:
     names = (
         "number",
         "percent",
-        "said",
+        "measures",
         "seconds",
         "material",
         "noise",
@@ -115,7 +115,7 @@ def write_case(
         view=_draw(view, lambda arrays: draw_view(folder, arrays), "the camera's view"),
         slices=_draw(
             fields,
-            lambda arrays: draw_slices(arrays, solid.drawn, lights, result.diagonal, result.unit),
+            lambda arrays: draw_slices(arrays, solid.drawn, lights, result),
             "the slices",
         ),
         lights=light_rows(result),

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from validation.draw import Light, embedded, slices
+from validation.records import Result
 from validation.report.words import length
 
 NEAR = 0.05  # of the room's diagonal: lights this close to the slice are drawn on it
@@ -57,8 +58,7 @@ def draw_slices(
     arrays: Mapping[str, Array],
     room: Mapping[str, Array] | None,
     lights: Sequence[Light],
-    diagonal: float | None,
-    unit: str,
+    result: Result,
 ) -> Slices:
     """Draw fields.npz's arrays; row 0 of a field is at ymin.
 
@@ -67,14 +67,17 @@ def draw_slices(
     ValueError
         The extent is no rectangle, or a field has the wrong shape.
     """
-    height, reach = float(arrays["height"]), NEAR * (diagonal or float(np.ptp(arrays["extent"])))
+    height, reach = (
+        float(arrays["height"]),
+        NEAR * (result.diagonal or float(np.ptp(arrays["extent"]))),
+    )
     close = [light for light in lights if _off(light, height) <= reach]
     drawn = []
-    for name, figure in slices(arrays, room, close, unit).items():
+    for name, figure in slices(arrays, room, close, result.unit, result.power).items():
         title, caption = CAPTIONS[name]
         note = _note(arrays["D"]) if name == "D" else ""
         drawn.append(Slice(name, title, caption + note, embedded(figure)))
-    return Slices(height, _near(length(reach, unit), len(lights) - len(close)), drawn)
+    return Slices(height, _near(length(reach, result.unit), len(lights) - len(close)), drawn)
 
 
 def _off(light: Light, height: float) -> float:

@@ -5,8 +5,7 @@ import re
 from collections.abc import Sequence
 from datetime import UTC, datetime
 
-from lightloc import units
-from validation.records import Result
+from validation.records import UNKNOWN, Result
 
 NOTHING = "–"
 LEAST_PERCENT = 0.001
@@ -67,7 +66,7 @@ def length(value: float | None, unit: str) -> str:
     if value is None or not math.isfinite(value):
         return NOTHING
     if unit != "m":
-        return f"{number(value)} {'units' if unit == units.UNKNOWN else unit}"
+        return f"{number(value)} {'units' if unit == UNKNOWN else unit}"
     for unit, size in (("m", 1.0), ("cm", 1e-2), ("mm", 1e-3)):
         if abs(value) >= size:
             return f"{number(value / size)} {unit}"
@@ -100,17 +99,10 @@ def intensity(channels: Sequence[float | None], unit: str) -> str:
     return " · ".join(number(channel) for channel in channels) + (" W/sr" if unit == "m" else "")
 
 
-def said(unit: str) -> str:
-    """In what positions and intensities are.
-
-    Examples
-    --------
-    >>> said("m"), said("unit")
-    ('Positions in m and intensities in W/sr', "Positions in the scene's own unit")
-    """
-    if unit == units.UNKNOWN:
-        return "Positions in the scene's own unit"
-    return f"Positions in {unit} and intensities in {units.power(unit)}"
+def measures(result: Result) -> str:
+    """In what a case's positions and intensities are."""
+    lengths = "the scene's own unit" if result.unit == UNKNOWN else result.unit
+    return f"Positions in {lengths}" + (result.power and f" and intensities in {result.power}")
 
 
 def material(result: Result) -> str:
