@@ -65,7 +65,7 @@ class Descent:
     lights
         Of the best start.
     positions : (m, k, 3) array
-        Metres.
+        In the room's unit of length.
     intensities : (m, k, c) array
         W/sr.
     losses : (m,) array

@@ -58,7 +58,7 @@ def borrow(
 def likeness(
     position: NDArray, normal: NDArray, shape: NDArray, diagonal: float
 ) -> NDArray[np.float64]:
-    """Features whose distance says how alike two surface points are, metres."""
+    """Features whose distance says how alike two surface points are, in the unit of length."""
     return np.concatenate(
         [position, FACING * diagonal * normal, diagonal * shape[..., None]], axis=-1
     )

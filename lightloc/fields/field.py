@@ -39,7 +39,7 @@ def intensity(
     q : Observations
         The n observations.
     positions : (k, 3) array_like
-        Positions p of the light, metres.
+        Positions p of the light, in the unit of length.
     geometry : Geometry, optional
         What occludes; nothing does where None.
 
@@ -88,7 +88,7 @@ def intensity_distance(
     q : Observations
         The n observations.
     positions : (g, 3) array_like or Grid
-        Positions p, metres. A grid is many times as fast as its points.
+        Positions p, in the unit of length. A grid is many times as fast as its points.
     geometry : Geometry, optional
         What occludes; nothing does where None.
     margin : float
@@ -138,7 +138,7 @@ def limits(
     B : (n, k) array_like
         Radiances, at least 0; a material of three channels needs k = 3.
     where : (g, 3) array_like or Grid
-        Positions, metres.
+        Positions, in the unit of length.
     geometry
         What occludes; nothing does where None.
 
@@ -192,7 +192,7 @@ class Field:
         *,
         cull: bool = True,
     ) -> Field:
-        """Prepare; ``where`` is a `Grid` or (g, 3) positions in metres.
+        """Prepare; ``where`` is a `Grid` or (g, 3) positions in the unit of length.
 
         With ``cull`` off every pair is evaluated, as a yardstick.
         """

@@ -17,7 +17,7 @@ class Grid:
     Parameters
     ----------
     lower, upper : (3,) array_like
-        Corners of the region, metres; the cells fill it.
+        Corners of the region, in the unit of length; the cells fill it.
     shape : (int, int, int)
         Number of cells along x, y, z, each at least 1.
 
@@ -54,7 +54,7 @@ class Grid:
         Parameters
         ----------
         bounds : (2, 3) array_like
-            Lower and upper corner of the region, metres.
+            Lower and upper corner of the region, in the unit of length.
         cells : int
             Number of cells, about.
 
@@ -90,11 +90,11 @@ class Grid:
         Parameters
         ----------
         centre : (3,) array_like
-            Middle of the grid, metres.
+            Middle of the grid, in the unit of length.
         reach : (3,) array_like
-            How far it extends from there to either side, metres.
+            How far it extends from there to either side, in the unit of length.
         bounds : (2, 3) array_like
-            Lower and upper corner of the region that it keeps to, metres.
+            Lower and upper corner of the region that it keeps to, in the unit of length.
         cells : int
             Number of cells along each axis; 1 along an axis without extent.
 
@@ -124,12 +124,12 @@ class Grid:
 
     @property
     def step(self) -> NDArray[np.float64]:
-        """(3,) distance between the centres of neighbouring cells, metres."""
+        """(3,) distance between the centres of neighbouring cells, in the unit of length."""
         return (self.upper - self.lower) / self.shape
 
     @property
     def axes(self) -> list[NDArray[np.float64]]:
-        """Cell centres along x, y and z, metres: three arrays, as long as ``shape`` says."""
+        """Cell centres along x, y and z: three arrays, as long as ``shape`` says."""
         return [
             low + (np.arange(n) + 0.5) * step
             for low, n, step in zip(self.lower, self.shape, self.step, strict=True)
@@ -137,5 +137,5 @@ class Grid:
 
     @property
     def points(self) -> NDArray[np.float64]:
-        """(g, 3) cell centres, metres, in the order of ``values.reshape(grid.shape)[x, y, z]``."""
+        """(g, 3) cell centres, in the order of ``values.reshape(grid.shape)[x, y, z]``."""
         return np.stack(np.meshgrid(*self.axes, indexing="ij"), axis=-1).reshape(-1, 3)

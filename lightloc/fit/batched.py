@@ -112,7 +112,7 @@ class Model:
     k
         Number of lights.
     blur
-        Shadows' edges are this wide, metres.
+        Shadows' edges are this wide, in the unit of length.
     unknown
         What stands for an intensity.
     tie, indirect

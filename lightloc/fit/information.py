@@ -32,11 +32,12 @@ class Bound:
     Parameters
     ----------
     position : (k, 3) array
-        Standard errors of the positions, metres; 0 along an axis that is not free.
+        Standard errors of the positions, in the unit of length; 0 along an axis that is not free.
     intensity : (k, c) array
         Standard errors of the intensities, W/sr.
     covariance : (m, m) array
-        Covariance of the free coordinates of each light, metres, then of the intensities, W/sr.
+        Covariance of the free coordinates of each light, in the unit of length, then of the
+        intensities, W/sr.
 
     Examples
     --------
@@ -57,8 +58,8 @@ class Bound:
         Parameters
         ----------
         covariance : (m, m) array
-            Covariance of the free coordinates of each light, metres, then of the intensities, W/sr;
-            m = k (d + c).
+            Covariance of the free coordinates of each light, in the unit of length, then of the
+            intensities, W/sr; m = k (d + c).
         axes : (d,) array of int
             Coordinates that are free: 0, 1, 2 for x, y, z.
         k, c : int
@@ -101,9 +102,9 @@ def cramer_rao(q: Observations, lights: PointLights, geometry: Geometry | None =
     Returns
     -------
     Bound
-        Standard errors in metres and W/sr, and their covariance; infinite where the data leave
-        something free. In a 2D scene, whose points and normals all lie in a plane of constant z, z
-        is held.
+        Standard errors in the unit of length and W/sr, and their covariance; infinite where the
+        data leave something free. In a 2D scene, whose points and normals all lie in a plane of
+        constant z, z is held.
 
     Raises
     ------
@@ -195,7 +196,7 @@ def covariance_of(J: NDArray[np.float64]) -> NDArray[np.float64]:
 def inseparable(lights: PointLights, error: NDArray[np.float64]) -> tuple[tuple[int, int], ...]:
     """Pairs of lights nearer to each other than twice their joint standard error.
 
-    ``error`` is (k, 3), metres.
+    ``error`` is (k, 3), in the unit of length.
     """
     pairs = []
     for a in range(len(lights)):
@@ -207,7 +208,7 @@ def inseparable(lights: PointLights, error: NDArray[np.float64]) -> tuple[tuple[
 
 
 def resolution(problem: Problem, lights: PointLights) -> NDArray[np.float64]:
-    """How near two lights may be and still look like the one that was found: (k,) metres.
+    """How near two lights may be and still look like the one that was found: (k,) lengths.
 
     Two halves at p - h and p + h look like one light but for I (h.H.h) / 2, H being S's second
     derivatives in p; what the other parameters cannot take up of that must reach `TOLD_APART`

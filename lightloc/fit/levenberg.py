@@ -42,7 +42,7 @@ class Descents:
     Parameters
     ----------
     positions : (m, k, 3) array
-        Metres.
+        In the unit of length.
     intensities : (m, k, c) array
         W/sr.
     chi2 : (m,) array
@@ -112,8 +112,8 @@ def descend(
     starts
         m sets of k lights; in 2D only x and y move.
     stray
-        A start is given up once one of its lights is further from where it began, metres
-        ("terminating early if the light positions stray too far", section 5.2).
+        A start is given up once one of its lights is further from where it began, in the unit of
+        length ("terminating early if the light positions stray too far", section 5.2).
     steps
         The most evaluations per start.
     loss : float or (m,) array_like
@@ -122,7 +122,7 @@ def descend(
     unknown
         What stands for the intensities.
     blur
-        Shadows' edges are this wide, metres (`shading_gradient`).
+        Shadows' edges are this wide, in the unit of length (`shading_gradient`).
     fall
         Relative fall of chi-square below which a start has converged.
     damping

@@ -27,7 +27,7 @@ class Problem:
     geometry
         What occludes; nothing does where None.
     bounds : (2, 3) array
-        Corners of the region that may hold lights, metres.
+        Corners of the region that may hold lights, in the unit of length.
     ambient : (n, c) array, optional
         Radiance of the same dim light from everywhere (section 6.3), whose amount every fit solves
         for; None where there is none.
@@ -162,7 +162,7 @@ def whitened(problem: Problem, positions: NDArray[np.float64]) -> NDArray[np.flo
 def amounts(problem: Problem, positions: NDArray[np.float64]) -> NDArray[np.float64]:
     """Non-negative least squares for what is linear: (k or k + 1, c) of `whitened`'s columns.
 
-    Intensities in W/sr at (k, 3) positions in metres, then that of any ambient term.
+    Intensities in W/sr at (k, 3) positions in the unit of length, then that of any ambient term.
     """
     A, b = whitened(problem, positions), problem.radiance / problem.sigma
     channels = [nonnegative(A[:, :, c], b[:, c]) for c in range(b.shape[1])]

@@ -16,7 +16,7 @@ from lightloc.optics.kernel import Surfels, visible
 def visible_about(
     s: Surfels, i: Any, p: Any, geometry: Geometry, blur: float, flat: bool
 ) -> tuple[Any, Any]:
-    """V as a mean over a cloud about p of standard deviation ``blur`` metres, and its gradient.
+    """V as a mean over a cloud about p of standard deviation ``blur``, and its gradient.
 
     Over directions u of mean 0 and covariance 1, the gradient of E V(x, p + blur u) in p is
     E V u / blur where u is Gaussian (Stein's identity), and nearly so for any round cloud. In a

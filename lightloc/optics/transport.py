@@ -38,7 +38,7 @@ def shading(
     q : Observations
         The n observations; or the same as Dr.Jit arrays (`lightloc.optics.Surfels`).
     positions : (k, 3) array_like
-        Positions p of a light, metres.
+        Positions p of a light, in the unit of length.
     geometry : Geometry, optional
         What occludes; nothing does where None.
 
@@ -100,12 +100,12 @@ def shading_gradient(
     q : Observations
         The n observations; or the same as Dr.Jit arrays (`lightloc.optics.Surfels`).
     positions : (k, 3) array_like
-        Positions p of a light, metres.
+        Positions p of a light, in the unit of length.
     geometry : Geometry, optional
         What occludes; nothing does where None.
     blur : float
-        Where above 0, V is a mean over positions this far about p, metres, and its slope has its
-        part in the gradient; shadows have hard edges where 0.
+        Where above 0, V is a mean over positions this far about p, in the unit of length, and its
+        slope has its part in the gradient; shadows have hard edges where 0.
     axes : (d,) sequence of int
         Coordinates of p to differentiate by: 0, 1, 2 for x, y, z.
 
@@ -269,11 +269,11 @@ def check_gradient(
     q : Observations
         The observations.
     position : (3,) array_like
-        Position p of a light, metres.
+        Position p of a light, in the unit of length.
     geometry : Geometry, optional
         What occludes; nothing does where None.
     step : float
-        Half the distance over which differences are taken, metres.
+        Half the distance over which differences are taken, in the unit of length.
 
     Returns
     -------

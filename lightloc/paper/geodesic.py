@@ -31,7 +31,7 @@ class Geodesic:
     keys : (m,) array of int
         Pairs a, b of observations within reach as a * n + b, sorted.
     lengths : (m,) array
-        Length of the shortest path of each pair, metres.
+        Length of the shortest path of each pair, in the unit of length.
     n : int
         Number of observations.
     share : float
@@ -60,7 +60,7 @@ class Geodesic:
 
     @property
     def spacing(self) -> float:
-        """Metres of surface that one observation stands for: the root of its area."""
+        """Length of surface that one observation stands for: the root of its area."""
         return float(np.sqrt(self.share))
 
     @staticmethod
@@ -70,11 +70,11 @@ class Geodesic:
         Parameters
         ----------
         positions : (n, 3) array_like
-            The observed points, metres.
+            The observed points, in the unit of length.
         normals : (n, 3) array_like
             Their normals, of any length above 0.
         reach : float
-            Length up to which paths are looked for, metres.
+            Length up to which paths are looked for, in the unit of length.
 
         Returns
         -------

@@ -41,7 +41,7 @@ def published(
     geometry
         What occludes; nothing does where None.
     region : (2, 3) array
-        Corners of the region that may hold lights, metres.
+        Corners of the region that may hold lights, in the unit of length.
     o
         The method's parameters.
     surface

@@ -45,7 +45,8 @@ class Paper:
     merge : float
         Share of the scene's radius within which peaks are one (section 4.3).
     increment : float
-        How much brighter the hypotheses become in an iteration, W/sr (section 6.1).
+        How much brighter the hypotheses become in an iteration, W/sr (section 6.1). The paper's is
+        for rooms of a metre or so: lengths in another unit need its square times as much.
     low_error : float, optional
         Mean squared error of B, (W sr^-1 m^-2)^2, at which the lights explain it. Where None,
         0.0025 without noise, and with it 105 % of what sigma leads one to expect of the true lights
@@ -123,7 +124,7 @@ class State:
     votes
         V(p) of B'.
     candidates : (m, 3) array
-        Its peaks, metres.
+        Its peaks, in the unit of length.
     tried
         The lights of the optimization that a new candidate triggered; None without one.
     mse
@@ -154,7 +155,7 @@ def iterate(
     surface
         Distances between its observations, for the votes.
     scene_radius
-        The scene's, metres.
+        The scene's, in the unit of length.
     low_error
         The mean squared error of B at which the lights explain it.
     o
@@ -203,7 +204,7 @@ MOST_ITERATIONS = 10_000
 
 
 def grid_over(bounds: NDArray[np.float64], o: Paper) -> Grid:
-    """Square cells over (2, 3) bounds in metres, `Paper.cells` of them along the longest side."""
+    """Square cells over (2, 3) bounds, `Paper.cells` of them along the longest side."""
     size = bounds[1] - bounds[0]
     cells = o.cells_3d if (size > 0).all() else o.cells
     shape = np.maximum(1, np.rint(cells * size / size.max())).astype(int)
@@ -211,7 +212,7 @@ def grid_over(bounds: NDArray[np.float64], o: Paper) -> Grid:
 
 
 def rendered(problem: Problem, positions: NDArray[np.float64]) -> NDArray[np.float64]:
-    """S(q, p) at (k, 3) positions in metres: (n, k), m^-2 sr^-1.
+    """S(q, p) at (k, 3) positions in the unit of length: (n, k), m^-2 sr^-1.
 
     All that "Render" of section 5 needs to know of the positions.
     """
@@ -235,7 +236,7 @@ def votes_of(
 
 
 def peaks_of(votes: Votes, n: int, scene_radius: float, o: Paper) -> NDArray[np.float64]:
-    """(m, 3) peaks of the votes of n observations, metres, with H of that number (section 4.3)."""
+    """(m, 3) peaks of the votes of n observations, with H of that number (section 4.3)."""
     return votes.peaks(o.height * n, scene_radius, merge=o.merge, lowering=o.lowering or LOWERING)
 
 
@@ -254,10 +255,10 @@ def optimize(
 ) -> tuple[PointLights, float]:
     """Section 5.2: intensities alone, which is linear, then Levenberg-Marquardt; with its MSE.
 
-    From (k, 3) positions in metres. Lights stay in the room, and intensities are of either sign.
-    What comes out is read as lights: hypotheses that came together are one, and those of less than
-    one increment are none; then the rest is optimized once more. The MSE is infinite where a light
-    strayed.
+    From (k, 3) positions in the unit of length. Lights stay in the room, and intensities are of
+    either sign. What comes out is read as lights: hypotheses that came together are one, and those
+    of less than one increment are none; then the rest is optimized once more. The MSE is infinite
+    where a light strayed.
     """
     I = intensities(problem, positions)
     there = descend(

@@ -38,7 +38,7 @@ class Surface(Protocol):
 
     @property
     def spacing(self) -> float:
-        """Metres of surface that one observation stands for: the unit of distances in votes."""
+        """Length of surface that one observation stands for: the unit of distances in votes."""
         ...
 
     @property
@@ -57,7 +57,7 @@ class Surface(Protocol):
         Returns
         -------
         (m,) array
-            Distances, metres; infinite where there is no way along the surface.
+            Distances, in the unit of length; infinite where there is no way along the surface.
 
         Examples
         --------
@@ -105,9 +105,9 @@ class Perimeter:
     loop : (n,) array of int
         Which outline each observation lies on.
     along : (n,) array
-        How far along it, metres from its beginning.
+        How far along it, in the unit of length from its beginning.
     length : (n,) array
-        How long that outline is, metres; infinite where it is not closed.
+        How long that outline is, in the unit of length; infinite where it is not closed.
 
     Notes
     -----
@@ -133,8 +133,8 @@ class Perimeter:
         Parameters
         ----------
         positions : (n, 3) or (n, 2) array_like
-            Points on the walls, metres, in any order; `lightloc.plane.follow` says how they are
-            joined.
+            Points on the walls, in the unit of length, in any order; `lightloc.plane.follow` says
+            how they are joined.
         normals : (n, 3) or (n, 2) array_like
             Their normals, into free space.
 
@@ -161,7 +161,7 @@ class Perimeter:
 
     @property
     def spacing(self) -> float:
-        """Metres of outline that one observation stands for; infinite where no two are joined."""
+        """Length of outline that one observation stands for; infinite where no two are joined."""
         _, first, which = np.unique(self.loop, return_index=True, return_inverse=True)
         length, extent = self.length[first], np.zeros(len(first))
         np.maximum.at(extent, which.ravel(), self.along)
@@ -200,7 +200,7 @@ class SolidAngle:
     Parameters
     ----------
     positions : (n, 3) array
-        The observed points, metres.
+        The observed points, in the unit of length.
 
     Examples
     --------
@@ -222,7 +222,7 @@ class SolidAngle:
 
     @property
     def spacing(self) -> float:
-        """Metres that one observation stands for, as if all lay on the sphere about their box."""
+        """Length that one observation stands for, as if all lay on the sphere about their box."""
         half = np.ptp(self.positions, axis=0) / 2
         return float(np.linalg.norm(half) * np.sqrt(self.share))
 

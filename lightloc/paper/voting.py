@@ -57,7 +57,7 @@ class Votes:
         height : float
             H, in the unit of ``votes``.
         radius : float
-            The scene's radius, metres.
+            The scene's radius, in the unit of length.
         merge : float
             Share of that radius within which the highest of several peaks stands for all.
         lowering : float
@@ -66,7 +66,7 @@ class Votes:
         Returns
         -------
         (m, 3) array
-            Positions of the peaks, metres; none where nothing has a vote.
+            Positions of the peaks, in the unit of length; none where nothing has a vote.
 
         Examples
         --------
@@ -117,8 +117,8 @@ def vote(
     surface : Surface
         Distances between those observations.
     threshold : float
-        T, metres along the surface: limiters further apart are a discontinuity and do not vote. The
-        paper's is 0.05 of the scene's radius.
+        T, in the unit of length along the surface: limiters further apart are a discontinuity and
+        do not vote. The paper's is 0.05 of the scene's radius.
     radius : int
         Radius of the circle or sphere about p, cells: 1 without noise, 15 with it (section 6.1).
 

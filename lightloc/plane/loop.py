@@ -25,7 +25,7 @@ class Loop:
     Parameters
     ----------
     vertices : (m, 2) or (m, 3) array_like
-        Where edges begin, metres; with three coordinates, z = 0.
+        Where edges begin, in the unit of length; with three coordinates, z = 0.
     bulges : float or (m,) array_like
         As in DXF: the tangent of a quarter of the arc's angle, positive where the arc turns left; 0
         is straight. A circle is two edges of bulge 1.
@@ -67,7 +67,7 @@ class Loop:
 
     @cached_property
     def chords(self) -> NDArray[np.float64]:
-        """(m, 2) from each edge's start to its end, metres."""
+        """(m, 2) from each edge's start to its end, in the unit of length."""
         return np.roll(self.vertices, -1, axis=0) - self.vertices
 
     @cached_property
@@ -77,21 +77,21 @@ class Loop:
 
     @cached_property
     def radii(self) -> NDArray[np.float64]:
-        """(m,) metres; infinite where straight."""
+        """(m,) lengths; infinite where straight."""
         b = np.abs(self.bulges)
         with np.errstate(divide="ignore"):
             return np.linalg.norm(self.chords, axis=1) * (1 + b * b) / (4 * b)
 
     @cached_property
     def centres(self) -> NDArray[np.float64]:
-        """(m, 2) of the arcs' circles, metres; of no meaning where straight."""
+        """(m, 2) of the arcs' circles, in the unit of length; of no meaning where straight."""
         b = np.where(self.bulges == 0, 1.0, self.bulges)[:, None]
         left = self.chords[:, ::-1] * [-1, 1]
         return self.vertices + self.chords / 2 + left * (1 - b * b) / (4 * b)
 
     @cached_property
     def lengths(self) -> NDArray[np.float64]:
-        """(m,) metres along each edge."""
+        """(m,) lengths along each edge."""
         straight = np.linalg.norm(self.chords, axis=1)
         return np.where(
             self.bulges == 0,
@@ -103,19 +103,19 @@ class Loop:
 
     @property
     def length(self) -> float:
-        """The perimeter, metres."""
+        """The perimeter, in the unit of length."""
         return float(self.lengths.sum())
 
     @cached_property
     def area(self) -> float:
-        """Enclosed area, square metres; positive where the loop runs counterclockwise."""
+        """Enclosed area, squared length; positive where the loop runs counterclockwise."""
         v, after = self.vertices, np.roll(self.vertices, -1, axis=0)
         r = np.where(self.bulges == 0, 0.0, self.radii)
         return float((cross(v, after) + r**2 * (self.angles - np.sin(self.angles))).sum() / 2)
 
     @cached_property
     def extremes(self) -> NDArray[np.float64]:
-        """(2, 2) lower and upper corner of the bounding box, metres."""
+        """(2, 2) lower and upper corner of the bounding box, in the unit of length."""
         axes = np.concatenate([-np.eye(2), np.eye(2)])
         low_x, low_y, high_x, high_y = self.support(axes)
         return np.array([[-low_x, -low_y], [high_x, high_y]])
@@ -129,7 +129,7 @@ class Loop:
         return bool(np.ptp(circles, axis=0).max() < ROUNDING * self.length)
 
     def at(self, s: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Points (n, 2) and unit tangents (n, 2) at (n,) distances along the loop, metres."""
+        """Points (n, 2) and unit tangents (n, 2) at (n,) distances along the loop."""
         s = np.mod(numbers("s", s), self.length)
         ends = np.cumsum(self.lengths)
         edge = np.minimum(np.searchsorted(ends, s, side="right"), len(ends) - 1)
@@ -154,7 +154,7 @@ class Loop:
 
     def nearest(self, points: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """The arc-length coordinate of the loop's point nearest to each of (n, 2) points, and its
-        distance, both (n,) in metres."""
+        distance, both (n,) in the unit of length."""
         p = np.asarray(points, float)[:, None, :]
         with np.errstate(invalid="ignore"):
             along = ((p - self.vertices) * self.chords).sum(axis=2) / (self.chords**2).sum(axis=1)
@@ -194,7 +194,7 @@ class Loop:
         return self._boxes_meet(other) and bool(self.encloses(other.vertices[:1])[0])
 
     def support(self, directions: ArrayLike) -> NDArray[np.float64]:
-        """(k,) how far the loop reaches along each of (k, 2) unit vectors, metres."""
+        """(k,) how far the loop reaches along each of (k, 2) unit vectors."""
         u = np.asarray(directions, float)
         far = (u @ self.vertices.T).max(axis=1)
         arcs = self.bulges != 0

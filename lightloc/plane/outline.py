@@ -77,7 +77,7 @@ class Outline:
         Parameters
         ----------
         vertices : (m, 2) or (m, 3) array_like
-            Corners in metres, in order; with three coordinates, z = 0.
+            Corners in order, in the unit of length; with three coordinates, z = 0.
         bulges : float or (m,) array_like
             Tangent of a quarter of the angle of the arc from each vertex to the next, positive
             where it turns left; 0 is straight.
@@ -108,9 +108,9 @@ class Outline:
         Parameters
         ----------
         centre : (2,) or (3,) array_like
-            Centre of the circle, metres; with three coordinates, z = 0.
+            Centre of the circle, in the unit of length; with three coordinates, z = 0.
         radius : float
-            Radius of the circle, metres.
+            Radius of the circle, in the unit of length.
 
         Returns
         -------
@@ -138,9 +138,9 @@ class Outline:
         Parameters
         ----------
         centre : (2,) or (3,) array_like
-            Centre of the circle, metres; with three coordinates, z = 0.
+            Centre of the circle, in the unit of length; with three coordinates, z = 0.
         radius : float
-            Radius of the circle, metres.
+            Radius of the circle, in the unit of length.
 
         Returns
         -------
@@ -205,7 +205,7 @@ class Outline:
 
     @property
     def bounds(self) -> NDArray[np.float64]:
-        """(2, 3) lower and upper corner of the walls, metres."""
+        """(2, 3) lower and upper corner of the walls, in the unit of length."""
         return np.pad(self.walls.extremes, [(0, 0), (0, 1)]) + 0.0  # no negative zeros
 
     @property
@@ -228,7 +228,7 @@ class Outline:
         Returns
         -------
         positions : (n, 3) array
-            The points, metres.
+            The points, in the unit of length.
         normals : (n, 3) array
             Unit normals there, into free space.
 
@@ -267,16 +267,16 @@ class Outline:
         Parameters
         ----------
         positions : (n, 2) or (n, 3) array_like
-            Points on the outline, metres.
+            Points on the outline, in the unit of length.
 
         Returns
         -------
         loop : (n,) array of int
             Which loop each point lies on, counted as in ``loops``.
         along : (n,) array
-            How far along that loop it lies, metres.
+            How far along that loop it lies, in the unit of length.
         length : (n,) array
-            The whole length of that loop, metres.
+            The whole length of that loop, in the unit of length.
 
         Raises
         ------
@@ -307,12 +307,13 @@ class Outline:
         Parameters
         ----------
         x, y : (n, 2) or (n, 3) array_like
-            Points on the outline, metres.
+            Points on the outline, in the unit of length.
 
         Returns
         -------
         (n,) array
-            The shorter way round the loop, metres; infinite from one loop to another.
+            The shorter way round the loop, in the unit of length; infinite from one loop to
+            another.
 
         Raises
         ------
@@ -337,12 +338,12 @@ class Outline:
         Parameters
         ----------
         points : (n, 2) or (n, 3) array_like
-            Points in the plane z = 0, metres.
+            Points in the plane z = 0, in the unit of length.
 
         Returns
         -------
         (n,) array
-            Distances, metres; at least 0 on either side of a wall.
+            Distances, in the unit of length; at least 0 on either side of a wall.
 
         Raises
         ------
@@ -364,7 +365,7 @@ class Outline:
         Parameters
         ----------
         points : (n, 2) or (n, 3) array_like
-            Points in the plane z = 0, metres.
+            Points in the plane z = 0, in the unit of length.
 
         Returns
         -------

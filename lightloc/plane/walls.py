@@ -43,10 +43,10 @@ def follow(
     wall : (n,) array of int
         The index of each point's wall.
     along : (n,) array
-        How far along it the point lies, metres.
+        How far along it the point lies, in the unit of length.
     length : (n,) array
-        The wall's whole length, metres; infinite where the points do not go all around, as on a
-        wall that is seen in part.
+        The wall's whole length, in the unit of length; infinite where the points do not go all
+        around, as on a wall that is seen in part.
 
     Raises
     ------
@@ -136,7 +136,7 @@ def _cost(
 def _way(
     x: NDArray[np.float64], onward: NDArray[np.float64], a: NDArray[np.intp], b: NDArray[np.intp]
 ) -> NDArray[np.float64]:
-    """How long a wall is from a to b, metres: an arc, or two straight walls that meet."""
+    """How long a wall is from a to b: an arc, or two straight walls that meet."""
     step, straight = x[b] - x[a], (onward[a] * onward[b]).sum(axis=1)
     chord = np.linalg.norm(step, axis=1)
     arc = chord / np.sinc(np.arccos(np.clip(straight, -1, 1)) / (2 * np.pi))

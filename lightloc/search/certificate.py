@@ -44,7 +44,7 @@ def certificate(
     correlation : float
         Standard errors (over several channels, the root of the sum of squares).
     p : (3,) array
-        Where it is reached, metres.
+        Where it is reached, in the unit of length.
     """
     tops = dictionary.tops(sampled, beside(sampled, lights, likelihood), PEAKS)
     if not len(tops):

@@ -99,7 +99,7 @@ class Stage:
     dictionary
         Over it.
     blur
-        Of shadows' edges, metres.
+        Of shadows' edges, in the unit of length.
     criterion
         The view's.
     """

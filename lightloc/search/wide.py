@@ -53,7 +53,7 @@ class Extended:
     fit
         The lights' centroids and whole intensities, with what they leave as wide as they are.
     width : (k,) array
-        Metres; two equal points so far apart look the same. 0 for a point.
+        In the unit of length; two equal points so far apart look the same. 0 for a point.
     errors
         Their standard errors where the widths are unknown too.
     points
@@ -95,7 +95,7 @@ class Unknowns:
     channels
         c.
     home : (3,) array
-        Where they are along the others, metres.
+        Where they are along the others, in the unit of length.
     """
 
     points: int

@@ -142,7 +142,8 @@ def compare(
     true : PointLights
         What is there.
     diagonal : float, optional
-        Diagonal of the room, in the true lights' unit; of their own box (at least 1 m) where None.
+        Diagonal of the room, in the true lights' unit of length; that of their own box, or 1 m if
+        that is more, where None.
     radius : float, optional
         Farthest that a pair may lie apart, in that unit; 5 % of the diagonal where None.
 
