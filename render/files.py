@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from render.mesh_scene import is_mesh, mesh_files
 from render.room import find_file
 from render.scene_file import SceneFile
 from render.variant import use_mitsuba
@@ -16,7 +17,7 @@ def files_of(path: str | Path, **parameters: Any) -> list[Path]:
     Parameters
     ----------
     path : str or Path
-        An XML file, or the name of a standard scene.
+        An XML file, a mesh, or the name of a standard scene.
     **parameters
         Values for the names that the scene uses as ``$alpha``, as ``alpha=0.2``.
 
@@ -37,4 +38,5 @@ def files_of(path: str | Path, **parameters: Any) -> list[Path]:
     ['furnished.xml', 'rounded_block.ply', 'torus.ply', 'vase.ply']
     """
     use_mitsuba()
-    return SceneFile.read(find_file(path), parameters).files()
+    path = find_file(path)
+    return mesh_files(path) if is_mesh(path) else SceneFile.read(path, parameters).files()

@@ -18,6 +18,7 @@ from lightloc.files import regular
 from render.accepted import build
 from render.emitters import POINT, check_find, extinguish
 from render.geometry import SceneGeometry, lit
+from render.mesh_scene import METRES, is_mesh, read_mesh
 from render.scene_file import SceneFile, text_of
 from render.surfaces import area_of, left_out
 from render.transport import bounds_of, diagonal_of
@@ -52,6 +53,8 @@ class Room:
         The same surfaces under the emitters that are not to be found; None where there are none.
     unit : str
         The unit of length, a word.
+    notes : tuple of str
+        Sentences about what of the file was taken otherwise than it says.
 
     Examples
     --------
@@ -69,6 +72,7 @@ class Room:
     geometry: SceneGeometry
     known: Any = field(default=None, repr=False)
     unit: str = "m"
+    notes: tuple[str, ...] = ()
 
     @property
     def unobserved(self) -> dict[str, str]:
@@ -134,15 +138,19 @@ def load(
     Parameters
     ----------
     path : str or Path
-        An XML file, or the name of a standard scene.
+        An XML file, a mesh (``.ply``, ``.obj``, ``.glb`` or ``.gltf``), or the name of a standard
+        scene. A mesh's surfaces are two-sided; the lights of glTF are lights, candela for W/sr.
     find : "point" or sequence of str
         The lights to be found: all of the scene's own point emitters, or those with these ids. All
         other emitters are known light, which is rendered and subtracted.
     unit : str, optional
         The unit of length, a word as "cm", for prints and files: no result depends on it. Where
-        None, metres for a standard scene, and "unit" for other files, which do not say it.
+        None, metres for a standard scene and for glTF, and "unit" for other files, which do not
+        say it.
     **parameters : str, float, int or bool
-        Values for the names that the scene uses as ``$alpha``, as ``alpha=0.2``.
+        Values for the names that the scene uses as ``$alpha``, as ``alpha=0.2``. Of a mesh it is
+        ``albedo`` alone: a number, or red, green and blue, in place of the file's own colours; it
+        is needed where there are none.
 
     Returns
     -------
@@ -174,7 +182,7 @@ def load(
         if text_of(value).strip().lower().lstrip("+-") in NOT_FINITE:
             raise ValueError(f"{path}: parameter '{name}' is {value}; expected a finite number")
     try:
-        scene, known = _built(path, parameters, find)
+        scene, known, notes = _built(path, parameters, find)
     except UnicodeDecodeError:
         raise ValueError(f"{path}: a name in it is not written in UTF-8") from None
     if all(area_of(shape) == 0 for shape in scene.shapes()):
@@ -184,25 +192,30 @@ def load(
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
     geometry = SceneGeometry(scene, known)
-    return Room(path.stem, path, dict(parameters), scene, lights, geometry, known, unit)
+    return Room(path.stem, path, dict(parameters), scene, lights, geometry, known, unit, notes)
 
 
-def _built(path: Path, parameters: Mapping[str, Any], find: str | Sequence[str]) -> tuple[Any, Any]:
-    """The scene under the lights to be found, and under all others; None where there are none."""
-    file = SceneFile.read(path, parameters)
+def _built(
+    path: Path, parameters: Mapping[str, Any], find: str | Sequence[str]
+) -> tuple[Any, Any, tuple[str, ...]]:
+    """The scene under the lights to be found, and under all others, None where there are none.
+
+    The third are sentences about what was taken otherwise than the file says.
+    """
+    read = read_mesh if is_mesh(path) else SceneFile.read
+    file, known = read(path, parameters), None
     check_find(file, find)
-    known = None
     if extinguish(file, find, known=True):
-        other = SceneFile.read(path, parameters)
+        other = read(path, parameters)
         extinguish(other, find, known=False)
         known = build(other)
-    return build(file), known
+    return build(file), known, file.notes
 
 
 def _unit_of(path: Path) -> str:
     """The unit of length of a file, as far as that is known."""
     ours = path.stem in standard_scenes() and path == find_file(path.stem)
-    return "m" if ours else units.UNKNOWN
+    return "m" if ours or path.suffix.lower() in METRES else units.UNKNOWN
 
 
 def check_same_unit(room: Room, unit: str, what: str) -> None:

@@ -38,12 +38,15 @@ class SceneFile:
         Where Mitsuba looks for files: the scene's folder and those of its ``<path>``s first.
     values
         The parameters as text.
+    notes
+        What was not taken from it, as sentences.
     """
 
     path: Path
     state: Any
     resolver: Any
     values: Mapping[str, str]
+    notes: tuple[str, ...] = ()
 
     @staticmethod
     def read(path: Path, parameters: Mapping[str, Any]) -> SceneFile:
@@ -69,6 +72,14 @@ class SceneFile:
                 )
         return file
 
+    @staticmethod
+    def made(path: Path, scene: dict[str, Any], notes: tuple[str, ...]) -> SceneFile:
+        """A scene that a reader of another format made, as Mitsuba's dictionary."""
+        with _told(path):
+            state = mi.parser.parse_dict(_config(), scene)
+            mi.parser.transform_all(_config(), state)
+        return SceneFile(path, state, mi.file_resolver(), {}, notes)
+
     @property
     def root(self) -> Any:
         """The node of the scene itself."""
@@ -91,6 +102,8 @@ class SceneFile:
         """The error that says why a node can't be taken, with its file and line."""
         place = mi.parser.file_location(self.state, node)
         file, _, line = place.removesuffix(")").rpartition(" (line ")
+        if not file:  # of no XML
+            return ValueError(f"{self.path}: {one_line(why)}")
         return ValueError(_place(self.path, file, line.partition(",")[0]) + one_line(why))
 
     def find(self, name: str) -> Path:

@@ -133,7 +133,7 @@ def render_command(
     if room.unobserved:
         left = "; ".join(f"{name} {why}" for name, why in room.unobserved.items())
         said += f"\nnot observed: {left}"
-    say(said, out, view, lights)
+    say("\n".join([said, *room.notes]), out, view, lights)
 
 
 app.command("localize")(localize_command)
