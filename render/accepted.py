@@ -134,7 +134,7 @@ def _check(file: SceneFile, node: Any) -> None:
         why = f"{_name(node)} has a participating medium; media are not modelled"
     elif kind == "Texture" and plugin in NOT_IN_RGB:
         why = f"a spectrum of type '{plugin}' has no colour in RGB; expected <rgb> or its values"
-    elif plugin == "bitmap" and "filename" not in node.props:
+    elif plugin == "bitmap" and not {"filename", "bitmap"} & set(node.props.keys()):
         why = "a bitmap has no filename"
     elif plugin == "blendbsdf" and sum(part.type.name == "BSDF" for part in parts) != 2:
         why = "a blendbsdf has other than two BSDFs"

@@ -103,10 +103,17 @@ def _bsdf(part: Part, albedo: NDArray | None, what: str) -> dict[str, Any]:
     if albedo is not None:
         return {"type": "diffuse", "reflectance": colour(albedo)}
     if part.paint is not None:
+        if part.uv is None and "bitmap" in _types(part.paint):
+            raise ValueError(f"{what} has a picture and no texture coordinates")
         return part.paint
     if part.colours is None:
         raise ValueError(f"{what} has no colours; expected albedo=, one number or three")
     return {"type": "diffuse", "reflectance": {"type": "mesh_attribute", "name": "vertex_color"}}
+
+
+def _types(paint: dict[str, Any]) -> set[str]:
+    """The types of a BSDF's textures."""
+    return {value.get("type", "") for value in paint.values() if isinstance(value, dict)}
 
 
 def _free(name: str, names: set[str]) -> str:
