@@ -9,6 +9,7 @@ import numpy as np
 
 from render.bitmaps import check_bitmap
 from render.built import bsdf_fault, picture_fault, shape_fault
+from render.instances import expand
 from render.meshes import FORMATS, check_mesh
 from render.scene_file import SceneFile, one_line, references
 from render.volumes import check_volume
@@ -26,7 +27,8 @@ def build(file: SceneFile) -> Any:
     """The scene of a file as a Mitsuba scene, without what is not used.
 
     Integrators, and films, samplers and sensors that this Mitsuba does not have, are left out, as
-    are definitions that nothing refers to. A ``null`` surface that bounds no medium is none.
+    are definitions that nothing refers to. A ``null`` surface that bounds no medium is none, and
+    instances are copies of what they repeat, as far as that can be; see `expand`.
 
     Raises
     ------
@@ -37,6 +39,7 @@ def build(file: SceneFile) -> Any:
     """
     if file.root.type != mi.ObjectType.Scene:
         raise file.refused(file.root, f"holds a {_kind(file.root)}; expected a scene")
+    expand(file)
     _leave_out(file)
     nodes = file.nodes()
     for node in nodes:
