@@ -219,7 +219,7 @@ class _Reader:
         rough = metal.get("metallicRoughnessTexture")
         m, r = metal.get("metallicFactor", 1.0), metal.get("roughnessFactor", 1.0)
         diffuse = UNLIT in own or (m == 0 and r == 1 and not rough)
-        paint = {"type": "diffuse", "reflectance": reflectance}
+        paint: dict[str, Any] = {"type": "diffuse", "reflectance": reflectance}
         if not diffuse:
             paint = {
                 "type": "principled",

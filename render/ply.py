@@ -104,7 +104,9 @@ def _apart(points: Any, faces: Any, own: Rows, colours: Any) -> tuple[Any, Any, 
 
 def _named(vertex: Rows, plain: bool) -> dict[str, tuple[str, ...]]:
     """The properties of vertices that are used, by what they are."""
-    found = {"normals": ("nx", "ny", "nz")} if {"nx", "ny", "nz"} <= set(vertex) else {}
+    found: dict[str, tuple[str, ...]] = {}
+    if {"nx", "ny", "nz"} <= set(vertex):
+        found["normals"] = ("nx", "ny", "nz")
     place = next((names for names in PLACES if set(names) <= set(vertex)), None)
     return found if place is None or plain else {**found, "uv": place}
 
