@@ -22,6 +22,8 @@ DEEPEST = 8  # BSDFs within each other
 FREE = ("Film", "Sampler", "ReconstructionFilter")  # they may have properties that nobody knows
 DEFINED = ("BSDF", "Texture", "Volume", "Medium", "PhaseFunction")  # to be referred to
 
+INVERSE = 1e-2  # how far a matrix times its inverse may be from 1
+
 
 def build(file: SceneFile) -> Any:
     """The scene of a file as a Mitsuba scene, without what is not used.
@@ -39,6 +41,8 @@ def build(file: SceneFile) -> Any:
     """
     if file.root.type != mi.ObjectType.Scene:
         raise file.refused(file.root, f"holds a {_kind(file.root)}; expected a scene")
+    for node in file.nodes():
+        _check_transforms(file, node)
     expand(file)
     _leave_out(file)
     nodes = file.nodes()
@@ -153,6 +157,29 @@ def _is_deep(file: SceneFile, node: Any, left: int) -> bool:
     """Whether BSDFs are nested deeper; each that is two-sided doubles what is within."""
     inside = [part for _, part in file.parts(node) if part.type.name == "BSDF"]
     return left < 1 or any(_is_deep(file, part, left - 1) for part in inside)
+
+
+def _check_transforms(file: SceneFile, node: Any) -> None:
+    """Refuse a transform that Mitsuba takes, and then renders as no surface can be.
+
+    It does not shorten an axis of rotation to length 1, so that its inverse is of something else.
+    """
+    props = node.props
+    kept = [key for key in props.keys() if props.type(key) == mi.Properties.Type.Transform]  # noqa: SIM118
+    for key in kept:
+        matrix, back = (np.array(m, float) for m in (props[key].matrix, props[key].inverse_transpose))
+        there = matrix @ back.T
+        if not (np.isfinite(there).all() and np.abs(there - np.eye(len(there))).max() < INVERSE):
+            raise file.refused(
+                node,
+                f"{_name(node)} has a {key} without an inverse; expected no scale of 0, and "
+                "rotations about axes of length 1",
+            )
+        sizes = np.linalg.norm(matrix[:3, :3], axis=0)
+        if props.plugin_name() == "sphere" and np.ptp(sizes) > INVERSE * sizes.max():
+            raise file.refused(
+                node, f"{_name(node)} is a sphere that is stretched; expected one scale, or a mesh"
+            )
 
 
 def _check_files(file: SceneFile, nodes: list[Any]) -> None:

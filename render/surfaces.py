@@ -19,7 +19,7 @@ def left_out(scene: Any, known: Any) -> Iterator[tuple[int, str, str]]:
         kind = shape.class_name()
         if place < len(emitting) and emitting[place]:
             why = "emits light"
-        elif area_of(shape) is None:
+        elif not area_of(shape):
             why = f"is of type {kind}, whose area Mitsuba does not know"
         elif transmits(shape.bsdf().flags()):
             why = "is glass"
