@@ -167,7 +167,9 @@ def _check_transforms(file: SceneFile, node: Any) -> None:
     props = node.props
     kept = [key for key in props.keys() if props.type(key) == mi.Properties.Type.Transform]  # noqa: SIM118
     for key in kept:
-        matrix, back = (np.array(m, float) for m in (props[key].matrix, props[key].inverse_transpose))
+        matrix, back = (
+            np.array(m, float) for m in (props[key].matrix, props[key].inverse_transpose)
+        )
         there = matrix @ back.T
         if not (np.isfinite(there).all() and np.abs(there - np.eye(len(there))).max() < INVERSE):
             raise file.refused(
