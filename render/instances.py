@@ -24,7 +24,7 @@ def expand(file: SceneFile) -> None:
     or, unless it is a mesh, sheared.
     """
     for node in file.nodes():
-        while merged := next(iter(_of(file, node, "merge")), None):
+        while merged := next((m for m in _of(file, node, "merge") if _is_plain(m[1])), None):
             _put(node, merged[0], [number for _, number in references(merged[1])])
     instances = [(key, one, _group(file, one)) for key, one in _of(file, file.root, "instance")]
     copied = [part for *_, group in instances for part in group]
@@ -52,6 +52,11 @@ def expand(file: SceneFile) -> None:
 def _of(file: SceneFile, node: Any, plugin: str) -> list[tuple[str, Any]]:
     """The parts of a node that are of a type."""
     return [(key, part) for key, part in file.parts(node) if part.props.plugin_name() == plugin]
+
+
+def _is_plain(merged: Any) -> bool:
+    """Whether a merged shape has parts alone; what else it has Mitsuba does not know."""
+    return len(references(merged)) == len(list(merged.props.keys()))
 
 
 def _group(file: SceneFile, instance: Any) -> list[Any]:
