@@ -164,7 +164,7 @@ def _check_transforms(file: SceneFile, node: Any) -> None:
 
     It does not shorten an axis of rotation to length 1, so that its inverse is of something else.
     """
-    props = node.props
+    props = mi.Properties(node.props)  # what is read of the node itself counts as known
     kept = [key for key in props.keys() if props.type(key) == mi.Properties.Type.Transform]  # noqa: SIM118
     for key in kept:
         matrix, back = (

@@ -69,7 +69,7 @@ def _group(file: SceneFile, instance: Any) -> list[Any]:
 
 def _bytes(file: SceneFile, part: Any) -> int:
     """The size of the file that a shape is read from, each time."""
-    name = part.props.get("filename", "")
+    name = mi.Properties(part.props).get("filename", "")  # a copy: what is read counts as known
     found = file.find(str(name))
     return found.stat().st_size if name and found.is_file() else 0
 

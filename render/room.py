@@ -38,7 +38,7 @@ class Room:
     Parameters
     ----------
     name : str
-        The file's name without ``.xml``.
+        The file's name without its ending.
     path : Path
         The file.
     parameters : mapping of str to value
@@ -157,7 +157,7 @@ def load(
     Room
         The scene, its lights, none perhaps, and its surfaces as a geometry. Integrators are left
         out, and films, samplers and sensors that this Mitsuba does not have; ``null`` surfaces are
-        none.
+        none, instances are copies of what they repeat.
 
     Raises
     ------
@@ -167,7 +167,8 @@ def load(
         surface or a broken mesh, a plugin or a property is one that this Mitsuba does not have, or
         something is not modelled: a medium, a surface that lets light straight through, a spectrum
         without colours in RGB. The message is one sentence that begins with the file, and says the
-        line where there is one.
+        line where there is one. Of a mesh, if there is no face, a vertex is not finite or not
+        there, a picture is missing, or the file has no colours and no albedo is given.
 
     Examples
     --------
@@ -265,7 +266,7 @@ def triangles(room: Room) -> tuple[np.ndarray, np.ndarray]:
     """Cut all surfaces into triangles, for pictures.
 
     Meshes and rectangles stay as they are; other shapes are curved, and approximated. Instances
-    of a shape group, and hairs, are left out: Mitsuba has no parameters over them.
+    that are not expanded, and hairs, are left out: Mitsuba has no parameters over them.
 
     Parameters
     ----------

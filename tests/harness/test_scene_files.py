@@ -446,6 +446,27 @@ REFUSED = {
         pane('<transform name="toWorld"><scale value="2"/></transform>'),
         "property 'toWorld'",
     ),
+    "property of what is repeated": (
+        shape("shapegroup", shape("cube", text("filename", "a.ply")), id="g")
+        + shape("instance", '<ref id="g"/>'),
+        *("'cube'", "'filename'"),
+    ),
+    "no inverse": (
+        pane('<transform name="to_world"><rotate x="1" y="2" z="3" angle="50"/></transform>'),
+        *("'pane'", "to_world without an inverse", "length 1"),
+    ),
+    "flattened": (
+        pane('<transform name="to_world"><scale z="0"/></transform>'),
+        *("'pane'", "to_world without an inverse", "scale of 0"),
+    ),
+    "stretched sphere": (
+        shape("sphere", '<transform name="to_world"><scale z="2"/></transform>', id="egg"),
+        *("'egg'", "stretched"),
+    ),
+    "property of what is merged": (
+        shape("merge", shape("cube"), '<transform name="to_world"><scale value="2"/></transform>'),
+        *("'merge'", "'to_world'"),
+    ),
     "property of a BSDF": (pane(bsdf("diffuse", number("gloss"))), "bsdf 'diffuse'", "'gloss'"),
     "texture of a BSDF": (
         pane(bsdf("diffuse", texture("checkerboard", name="gloss"))),
