@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 MAGIC, JSON, BINARY = 0x46546C67, 0x4E4F534A, 0x004E4942
 COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
+MOST = 1 << 26  # values of an accessor that has no data of its own
 BROKEN = (KeyError, IndexError, TypeError, ValueError, AttributeError, OverflowError)
 
 
@@ -66,8 +67,10 @@ class GltfFile:
         count = int(accessor["count"])
         if "bufferView" in accessor:
             values = self._strided(accessor, kind, count, width).copy()
-        else:
+        elif 0 <= count <= MOST:
             values = np.zeros((count, width), kind)
+        else:
+            raise ValueError
         if "sparse" in accessor:
             sparse = accessor["sparse"]
             indices, other = sparse["indices"], sparse["values"]

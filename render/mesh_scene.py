@@ -71,7 +71,7 @@ def _scene(path: Path, found: Parts, albedo: NDArray | None, folder: Path) -> di
     names: set[str] = set()
     for number, part in enumerate(found.parts):
         name = _free(part.name, names)
-        what = f"{path}: mesh '{part.name}'" if part.name else str(path)
+        what = f"{path}: mesh '{part.name}'" if part.name else f"{path}: the mesh"
         file = folder / f"{number}.ply"
         has_normals = _write(file, part, what)
         shape = {"type": "ply", "filename": str(file), "face_normals": not has_normals}

@@ -42,7 +42,10 @@ def read_obj(path: Path, plain: bool) -> Parts:
         if not faces.sizes:
             continue
         corner, size = np.array(faces.corners), np.array(faces.sizes)
-        cut, _ = triangulated(np.cumsum(size) - size, size, xyz[corner[:, 0]])
+        try:
+            cut, _ = triangulated(np.cumsum(size) - size, size, xyz[corner[:, 0]])
+        except ValueError as error:
+            raise ValueError(f"{path}: {error}") from None
         v, vt, vn = corner[cut.ravel()].T
         paint = paints.get(material)
         parts.append(

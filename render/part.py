@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 LINEAR_BELOW = 0.04045  # of sRGB
+MOST_CORNERS = 2000  # of a polygon that is not convex: cutting it takes their square
 
 
 @dataclass(frozen=True)
@@ -107,7 +108,7 @@ def triangulated(
     """Polygons as (t, 3) numbers of corners, and the (t,) polygon of each triangle.
 
     A polygon has ``count`` corners from ``start`` on; ``corners`` (c, 3) are their positions. One
-    of fewer than three is none.
+    of fewer than three is none. Raises ValueError where one that is not convex has too many.
     """
     found, owner = [np.zeros((0, 3), int)], [np.zeros(0, int)]
     for k in np.unique(count[count >= 3]):
@@ -129,15 +130,21 @@ def triangulated(
 
 def _clipped(p: NDArray, normal: NDArray) -> NDArray[np.intp]:
     """(k - 2, 3) triangles of one polygon that is not convex, ear by ear."""
-    left, ears = list(range(len(p))), []
+    if len(p) > MOST_CORNERS:
+        raise ValueError(
+            f"a face that is not convex has {len(p)} corners; expected at most {MOST_CORNERS}"
+        )
+    drop = int(np.abs(normal).argmax())  # seen along the axis that it faces most
+    q = np.delete(p, drop, axis=1) * [1, np.sign(normal[drop]) * (-1 if drop == 1 else 1)]
+    left, ears = list(range(len(q))), []
     while len(left) > 3:
         for at in range(len(left)):
             a, b, c = left[at - 1], left[at], left[(at + 1) % len(left)]
-            others = [i for i in left if i not in (a, b, c)]
-            if _turn(p, a, b, c, normal) > 0 and not any(
-                min(_turn(p, *side, i, normal) for side in ((a, b), (b, c), (c, a))) >= 0
-                for i in others
-            ):
+            if _turn(q[a], q[b], q[c]) <= 0:
+                continue
+            others = q[[i for i in left if i not in (a, b, c)]]
+            sides = [_turn(q[i], q[j], others) for i, j in ((a, b), (b, c), (c, a))]
+            if not (np.min(sides, axis=0) >= 0).any():
                 break
         else:  # crosses itself: any cut is as good
             at, (a, b, c) = 1, left[:3]
@@ -146,5 +153,7 @@ def _clipped(p: NDArray, normal: NDArray) -> NDArray[np.intp]:
     return np.array([*ears, left])
 
 
-def _turn(p: NDArray, a: int, b: int, c: int, normal: NDArray) -> float:
-    return float(np.cross(p[b] - p[a], p[c] - p[a]) @ normal)
+def _turn(a: NDArray, b: NDArray, c: NDArray) -> NDArray[np.float64]:
+    """Above 0 where c lies to the left of the way from a to b."""
+    along, off = b - a, c - a
+    return np.asarray(along[0] * off[..., 1] - along[1] * off[..., 0])

@@ -55,7 +55,10 @@ def read_ply(path: Path, plain: bool) -> Parts:
             f"{path}: a face refers to vertex {index.min() if index.min() < 0 else index.max()}; "
             f"expected an index from 0 below {len(points)}"
         )
-    corner, polygon = triangulated(start, count, points[index])
+    try:
+        corner, polygon = triangulated(start, count, points[index])
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
     own = {key: _columns(vertex, names) for key, names in _named(vertex, plain).items()}
     faces = index[corner]
     if plain:

@@ -47,7 +47,9 @@ class Transport(StrEnum):
     full = "full"
 
 
-SCENE = Annotated[str, typer.Argument(help="A Mitsuba XML file, or the name of a standard scene.")]
+SCENE = Annotated[
+    str, typer.Argument(help="A Mitsuba XML file, a mesh (PLY, OBJ, glTF), or a standard scene.")
+]
 
 
 def say_version(asked: bool) -> None:

@@ -533,6 +533,23 @@ def test_a_concave_polygon_is_the_area_that_it_encloses(tmp_path):
         assert np.isclose(area.sum(), 3) and not (centre[:, :2] > 1).all(axis=1).any()
 
 
+def test_a_star_is_cut_as_it_is_drawn(tmp_path):
+    """Whichever way it faces and turns: its area is that of the shoelace formula."""
+    angle = np.linspace(0, 2 * np.pi, 40, endpoint=False)
+    x, y = np.array([np.cos(angle), np.sin(angle)]) * np.where(np.arange(40) % 2, 1, 0.3)
+    area = abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
+    for axes in ([x, y, 0 * x], [y, x, x + y], [0 * x, y, x], [y, 2 * x, x]):
+        p = np.stack(axes, axis=1)
+        lines = [f"v {a} {b} {c}" for a, b, c in p] + ["f " + " ".join(map(str, range(1, 41)))]
+        v, f = render.triangles(
+            render.load(pieces(tmp_path, "star.obj", "\n".join(lines)), albedo=0.5)
+        )
+        q = v[f]
+        found = np.linalg.norm(np.cross(q[:, 1] - q[:, 0], q[:, 2] - q[:, 0]), axis=1).sum() / 2
+        u, w = (np.linalg.lstsq(np.stack([x, y], axis=1), p, rcond=None)[0][k] for k in (0, 1))
+        assert np.isclose(found, area * np.linalg.norm(np.cross(u, w)), rtol=1e-5)
+
+
 def test_a_search_finds_the_lights_of_a_mesh(tmp_path):
     """As in any room: from direct light, to its errors."""
     lights = lightloc.PointLights(LIGHTS.positions, [5.0, 3.0])
@@ -658,6 +675,18 @@ REFUSED: dict[str, tuple[str, Any, dict[str, Any], str]] = {
     ),
     "obj: an index of zero": ("a.obj", f"{SQUARE}\nf 0 1 2", {}, "line 5: a face refers to 0"),
     "obj: an index far back": ("a.obj", f"{SQUARE}\nf -9 1 2", {}, "line 5: a face refers to -9"),
+    "obj: a star of many corners": (
+        "a.obj",
+        "\n".join(
+            [
+                f"v {np.cos(t) * (1 + i % 2)} {np.sin(t)} 0"
+                for i, t in enumerate(np.linspace(0, 6, 2001))
+            ]
+            + ["f " + " ".join(str(i) for i in range(1, 2002))]
+        ),
+        {"albedo": 0.5},
+        "is not convex has 2001 corners; expected at most 2000",
+    ),
     "obj: a word": ("a.obj", "v 0 0 zork", {}, "line 1: 'v 0 0 zork' can't be read"),
     "obj: two numbers": ("a.obj", "v 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3", {}, "fewer than 3"),
     "obj: no library": (
@@ -741,6 +770,12 @@ REFUSED: dict[str, tuple[str, Any, dict[str, Any], str]] = {
         "mesh 'floor' refers to vertex 3; expected an index below 2",
     ),
     "glb: more than is there": ("a.glb", changed(accessor(0, count=9**9)), {}, "is broken"),
+    "glb: endless zeros": (
+        "a.glb",
+        changed(lambda g: (accessor(0, count=9**12)(g), g.tree["accessors"][0].pop("bufferView"))),
+        {},
+        "is broken",
+    ),
     "glb: an unknown type": ("a.glb", changed(accessor(0, componentType=1)), {}, "is broken"),
     "glb: no picture": (
         "a.glb",
