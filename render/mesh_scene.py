@@ -34,6 +34,7 @@ def is_mesh(path: Path) -> bool:
     return path.suffix.lower() in READERS
 
 
+@np.errstate(all="ignore")  # what is not finite is refused, or belongs to no face
 def read_mesh(path: Path, parameters: Mapping[str, Any]) -> SceneFile:
     """A mesh file as a scene that Mitsuba has parsed, its one parameter ``albedo``.
 

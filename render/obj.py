@@ -173,6 +173,8 @@ def _library(path: Path, libraries: list[str], used: set[str]) -> dict[str, dict
                     own = found.setdefault(" ".join(words[1:]), {})
                 elif words[:1] in (["Kd"], ["Ks"], ["d"], ["Tr"], ["illum"]):
                     own[words[0]] = [float(word) for word in words[1:4]]
+                    if len(own[words[0]]) not in (1, 3):
+                        raise ValueError
                 elif words[:1] == ["map_Kd"]:
                     own["map_Kd"] = file.parent / _picture_of(words, file, line)
                 elif words[:1] == ["map_d"]:

@@ -710,6 +710,12 @@ REFUSED: dict[str, tuple[str, Any, dict[str, Any], str]] = {
         "has Kd [2.0, 2.0, 2.0]; expected 0 to 1",
     ),
     "mtl: a word": ("a.obj", USES, {"mtl": "Kd red"}, "a.mtl, line 2: 'Kd red' can't be read"),
+    "mtl: two numbers": (
+        "a.obj",
+        USES,
+        {"mtl": "Kd 0.5 0.5"},
+        "line 2: 'Kd 0.5 0.5' can't be read",
+    ),
     "mtl: no picture": ("a.obj", USES, {"mtl": "map_Kd b.png"}, "names b.png, which is missing"),
     "mtl: an option": ("a.obj", USES, {"mtl": "map_Kd -s 2 2 2 a.png"}, "can't be read"),
     "mtl: no coordinates": ("a.obj", USES, {"mtl": "map_Kd a.png"}, "no texture coordinates"),
