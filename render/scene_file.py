@@ -13,6 +13,7 @@ from typing import Any
 import mitsuba as mi
 
 from lightloc.checks import printable
+from render.old_words import modern
 from render.tags import Tags, check_files
 
 FAILURES = (RuntimeError, ValueError, TypeError, IndexError, KeyError)  # that Mitsuba raises
@@ -155,13 +156,14 @@ def _config() -> Any:
 
 
 def _parse(path: Path, values: Mapping[str, str]) -> Any:
-    """Mitsuba's parsed state; ``<lookAt>`` of old versions is read as ``<lookat>``."""
+    """Mitsuba's parsed state; old words are read as what they are today."""
     text = path.read_bytes()
-    if b"<lookAt" not in text:
+    words = modern(text)
+    if words == text:
         return mi.parser.parse_file(_config(), str(path), **values)
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / path.name
-        copy.write_bytes(re.sub(rb"<(/?)lookAt\b", rb"<\1lookat", text))
+        copy.write_bytes(words)
         try:
             state = mi.parser.parse_file(_config(), str(copy), **values)
         except FAILURES as error:

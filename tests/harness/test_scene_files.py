@@ -386,6 +386,24 @@ def test_names_of_old_versions(write):
     assert views[0] == views[1]
 
 
+OLD_COLOURS = {
+    '<srgb name="reflectance" value="#c8b4a0"/>': [0.577580, 0.456411, 0.351533],
+    "<srgb\n value='0.5, 0.04 0.7'  name='reflectance'/>": [0.214041, 0.003096, 0.447988],
+    '<srgb name="reflectance" value="0.5"/>': [0.214041, 0.214041, 0.214041],
+    '<rgb name="reflectance" value="#ff8800" intent="reflectance"/>': [1.0, 0.533333, 0.0],
+    '<spectrum intent="reflectance" name="reflectance" value="0.3"/>': [0.3, 0.3, 0.3],
+}
+
+
+@pytest.mark.parametrize("colour", OLD_COLOURS)
+def test_colours_of_old_versions(colour, write):
+    """Values of a screen become light (IEC 61966-2-1); in hexadecimal, too; ``intent`` says nothing."""
+    path = write(FLOOR[:-2] + f">{bsdf('diffuse', colour)}</shape>", LAMP, version="0.6.0")
+    q = render.observe(render.load(path), points=8, transport="direct")
+    albedo = np.broadcast_to(q.material.albedo, (len(q.material.albedo), 3))[0]
+    np.testing.assert_allclose(albedo, OLD_COLOURS[colour], atol=2e-6)
+
+
 SPECTRA = {
     "float": (number("intensity", 3), 3),
     "rgb": ('<rgb name="intensity" value="1 2 3"/>', [1, 2, 3]),
@@ -514,6 +532,7 @@ REFUSED = {
     "too white": (pane(WHITE), "bsdf 'diffuse'", "[1.5, 1.5, 1.5]"),
     "not a number": (pane('<float name="x" value="1.2.3"/>'), '"1.2.3"'),
     "tag of older versions": (light("point").replace("emitter", "luminaire"), "<luminaire>"),
+    "no colour": (pane(bsdf("diffuse", '<srgb name="reflectance" value="#12"/>')), "<srgb>"),
 }
 
 
