@@ -1,7 +1,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: help setup report table1 studies docs lint test-fast test test-long test-all coverage mutants fuzz bench lock clean
+.PHONY: help setup report table1 studies docs lint test-fast test test-long test-all coverage mutants fuzz strangers bench lock clean
 
 help:  ## list the targets
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
@@ -55,6 +55,9 @@ mutants: setup  ## break our own code in 155 ways; each must fail a test
 
 fuzz: setup  ## give 5000 odd files and command lines to all that reads input: no fault
 	$(BIN)/python tests/fuzz/run.py
+
+strangers: setup  ## scenes as strangers write them, each in four variants, against Mitsuba; half an hour
+	$(BIN)/python tests/strangers/run.py
 
 bench: setup  ## benchmarks, as ratios within one run
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only -s

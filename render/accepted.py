@@ -19,6 +19,10 @@ NOT_IN_RGB = ("blackbody", "regular", "irregular")  # spectra that Mitsuba evalu
 GRIDS = ("gridvolume", "sdfgrid")
 PICTURES = ("bitmap", "gridvolume")
 DEEPEST = 8  # BSDFs within each other
+UNRENDERED = {  # emitters that Mitsuba's paths do not serve
+    "directionalarea": "sends light in one direction only, which no path finds",
+    "timed_sunsky": "moves with time, and Mitsuba 3.9 can't trace paths to it",
+}
 FREE = ("Film", "Sampler", "ReconstructionFilter")  # they may have properties that nobody knows
 DEFINED = ("BSDF", "Texture", "Volume", "Medium", "PhaseFunction")  # to be referred to
 
@@ -37,7 +41,7 @@ def build(file: SceneFile) -> Any:
     ValueError
         In one sentence with the file and the line, for a mesh that is broken, a plugin or property
         that this Mitsuba does not have, and what is not modelled: media, surfaces that are
-        see-through, and spectra that RGB has no colours for.
+        see-through, spectra that RGB has no colours for, and emitters that no path finds.
     """
     if file.root.type != mi.ObjectType.Scene:
         raise file.refused(file.root, f"holds a {_kind(file.root)}; expected a scene")
@@ -141,6 +145,8 @@ def _check(file: SceneFile, node: Any) -> None:
         why = f"{_name(node)} has a participating medium; media are not modelled"
     elif kind == "Texture" and plugin in NOT_IN_RGB:
         why = f"a spectrum of type '{plugin}' has no colour in RGB; expected <rgb> or its values"
+    elif plugin in UNRENDERED:
+        why = f"the emitter '{plugin}' {UNRENDERED[plugin]}; expected another"
     elif plugin == "bitmap" and not {"filename", "bitmap"} & set(node.props.keys()):
         why = "a bitmap has no filename"
     elif plugin == "blendbsdf" and sum(part.type.name == "BSDF" for part in parts) != 2:

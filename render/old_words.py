@@ -1,7 +1,7 @@
-"""Words of Mitsuba 0.5 and 0.6 that Mitsuba 3 does not take, in its own, line by line as they were.
+"""Words of Mitsuba 0.5 and 0.6 that Mitsuba 3 does not take, in its own, on the lines they were on.
 
-``<lookAt>`` is ``<lookat>``; ``<srgb>``, the values of a screen, and ``#rrggbb`` are ``<rgb>``, which
-is linear; and no colour says what it is meant for (``intent``).
+``<lookAt>`` is ``<lookat>``; ``<srgb>``, the values of a screen, and ``#rrggbb`` are ``<rgb>``,
+which is linear; and no colour says what it is meant for (``intent``).
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def _tag(found: re.Match[bytes]) -> bytes:
 
 
 def _linear(value: bytes, screen: bool) -> bytes | None:
-    """A colour as linear RGB; None where it is none, as it is where it is linear numbers already."""
+    """A colour as linear RGB, as it is where it is that already; None where it is no colour."""
     code = HEXADECIMAL.fullmatch(value)
     if not code and not screen:
         return value

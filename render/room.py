@@ -166,9 +166,10 @@ def load(
         no point emitter has an id of ``find``, an intensity is negative or not finite, there is no
         surface or a broken mesh, a plugin or a property is one that this Mitsuba does not have, or
         something is not modelled: a medium, a surface that lets light straight through, a spectrum
-        without colours in RGB. The message is one sentence that begins with the file, and says the
-        line where there is one. Of a mesh, if there is no face, a vertex is not finite or not
-        there, a picture is missing, or the file has no colours and no albedo is given.
+        without colours in RGB, an emitter that no path finds. The message is one sentence that
+        begins with the file, and says the line where there is one. Of a mesh, if there is no face,
+        a vertex is not finite or not there, a picture is missing, or the file has no colours and no
+        albedo is given.
 
     Examples
     --------

@@ -397,7 +397,7 @@ OLD_COLOURS = {
 
 @pytest.mark.parametrize("colour", OLD_COLOURS)
 def test_colours_of_old_versions(colour, write):
-    """Values of a screen become light (IEC 61966-2-1); in hexadecimal, too; ``intent`` says nothing."""
+    """Values of a screen become light (IEC 61966-2-1), in hexadecimal too; intent says nothing."""
     path = write(FLOOR[:-2] + f">{bsdf('diffuse', colour)}</shape>", LAMP, version="0.6.0")
     q = render.observe(render.load(path), points=8, transport="direct")
     albedo = np.broadcast_to(q.material.albedo, (len(q.material.albedo), 3))[0]
@@ -458,6 +458,8 @@ REFUSED = {
         IN_A_GROUP + shape("instance", '<ref id="g"/>', id="there"),
         *("'there'", "see-through"),
     ),
+    "beam of a panel": (pane(light("directionalarea")), "'directionalarea'", "one direction"),
+    "sky by the hour": (light("timed_sunsky"), "'timed_sunsky'", "moves with time"),
     "a shape's own light": (pane(light("point")), "'pane'", "point emitter"),
     "property of a shape": (pane(number("bevel")), "'cube'", "property 'bevel'"),
     "transform": (

@@ -5,8 +5,21 @@ from __future__ import annotations
 from pathlib import Path
 
 from strangers.scene import TWO, stranger
-from strangers.words import block, film, moved, node, number, room, scaled, sensor, square, whole
-from strangers.words import both, diffuse, turned
+from strangers.words import (
+    block,
+    both,
+    diffuse,
+    film,
+    moved,
+    node,
+    number,
+    room,
+    scaled,
+    sensor,
+    square,
+    turned,
+    whole,
+)
 from strangers.world import World
 
 EYE, TARGET = (0.3, 0.3, 1.5), (3.0, 2.0, 1.0)

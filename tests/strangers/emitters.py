@@ -105,13 +105,6 @@ def sun(w: World, folder: Path) -> list[str]:
 
 
 @stranger()
-def laser_panel(w: World, folder: Path) -> list[str]:
-    """A surface that emits along its normal alone."""
-    beam = emitter("directionalarea", rgb("radiance", 1.5))
-    return [room(w), square(w, UNDER, beam)]
-
-
-@stranger()
 def projector(w: World, folder: Path) -> list[str]:
     name = picture(folder / "slide.exr", tiles(np.random.default_rng(6)))
     slide = texture("bitmap", string("filename", name), '<boolean name="raw" value="true"/>')
@@ -123,9 +116,8 @@ def projector(w: World, folder: Path) -> list[str]:
 @stranger()
 def sunsky(w: World, folder: Path) -> list[str]:
     to = f'<vector name="sun_direction" value="{w.vector(0.4, 0.3, 0.8)}"/>'
-    up = f'<transform name="to_world">{turned("x", 90.0)}</transform>'
-    scale = number("sun_scale", 0.02) + number("sky_scale", 0.02)
-    return [*yard(w), emitter("sunsky", to, number("turbidity", 4), scale, up)]
+    scale = number("sun_scale", 0.5) + number("sky_scale", 1.0)
+    return [*yard(w), emitter("sunsky", to, number("turbidity", 4), scale)]
 
 
 @stranger(lights=TWO)

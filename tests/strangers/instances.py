@@ -9,7 +9,9 @@ from strangers.things import cuboid, obj
 from strangers.words import diffuse, moved, ref, room, scaled, shape, string, turned
 from strangers.world import World
 
-SEAT = shape("cube", f'<transform name="to_world">{scaled(0.25, 0.25, 0.05)}</transform>', diffuse(0.4))
+SEAT = shape(
+    "cube", f'<transform name="to_world">{scaled(0.25, 0.25, 0.05)}</transform>', diffuse(0.4)
+)
 BACK = shape(
     "cube",
     f'<transform name="to_world">{scaled(0.25, 0.04, 0.3)}{moved(0, 0.2, 0.3)}</transform>',

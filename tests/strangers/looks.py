@@ -148,7 +148,11 @@ def frosted_glass(w: World, folder: Path) -> list[str]:
 
 @stranger()
 def mirror(w: World, folder: Path) -> list[str]:
-    return [room(w), block(w, bsdf("conductor", string("material", "Ag"))), *things(w, diffuse())[2:]]
+    return [
+        room(w),
+        block(w, bsdf("conductor", string("material", "Ag"))),
+        *things(w, diffuse())[2:],
+    ]
 
 
 @stranger(lights=TWO)

@@ -29,7 +29,9 @@ def around(w: World, *inside: str) -> list[str]:
 
 FOG = node("medium", "homogeneous", number("scale", 0.1), name="interior")
 LEAF = texture("checkerboard").replace("<texture", '<texture name="opacity"')
-HOT = '<spectrum name="radiance" type="blackbody"><float name="temperature" value="3000"/></spectrum>'
+HOT = (
+    '<spectrum name="radiance" type="blackbody"><float name="temperature" value="3000"/></spectrum>'
+)
 
 
 @stranger(refused=("medium", "not modelled"))
@@ -55,6 +57,16 @@ def leaf(w: World, folder: Path) -> list[str]:
 @stranger(refused=("blackbody", "RGB"))
 def hot_panel(w: World, folder: Path) -> list[str]:
     return around(w, emitter("area", HOT))
+
+
+@stranger(refused=("'directionalarea'", "one direction"))
+def laser_panel(w: World, folder: Path) -> list[str]:
+    return around(w, emitter("directionalarea", rgb("radiance", 1.5)))
+
+
+@stranger(refused=("'timed_sunsky'", "moves with time"))
+def sky_by_the_hour(w: World, folder: Path) -> list[str]:
+    return [room(w), emitter("timed_sunsky", number("turbidity", 3))]
 
 
 @stranger(refused=("gone.ply", "no such file"))

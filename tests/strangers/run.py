@@ -17,7 +17,7 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from strangers import SCENES
-from strangers.trial import Effort, Row, tried
+from strangers.trial import FULL, QUICK, Effort, Row, tried
 from strangers.world import VARIANTS
 
 MEAN, DEVIATION = 0.1, (0.9, 1.1)  # of z over all points of a scene
@@ -25,11 +25,11 @@ FEW = 500  # points with noise: below it, a scene has none to speak of
 HEAD = f"{'scene':22} {'variant':10} {'z':>12}  {'reason':10} {'count':>5} {'position':>9} {'I':>9}"
 
 
-def of_scene(name: str, effort: Effort) -> list[Row]:
+def of_scene(name: str, variants: list[str], effort: Effort) -> list[Row]:
     from render.variant import use_mitsuba
 
     use_mitsuba()
-    return [tried(SCENES[name], variant, world, effort) for variant, world in VARIANTS.items()]
+    return [tried(SCENES[name], variant, VARIANTS[variant], effort) for variant in variants]
 
 
 def in_percent(value: float | None) -> str:
@@ -54,7 +54,8 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--only", nargs="+", metavar="NAME", help="scenes or kinds")
     parser.add_argument("--jobs", type=int, default=2, help="processes")
-    parser.add_argument("--points", type=int, default=Effort.points)
+    parser.add_argument("--variants", nargs="+", choices=VARIANTS, default=list(VARIANTS))
+    parser.add_argument("--quick", action="store_true", help="a quarter of the points and paths")
     chosen = parser.parse_args()
     only = chosen.only or list(SCENES)
     names = [name for name, one in SCENES.items() if name in only or one.kind in only]
@@ -62,14 +63,14 @@ def main() -> int:
         parser.error(f"no such scene; expected of: {', '.join(SCENES)}")
     start = time.perf_counter()
     print(HEAD)
-    effort = Effort(points=chosen.points)
+    effort = QUICK if chosen.quick else FULL
     results = Parallel(n_jobs=chosen.jobs, return_as="generator")(
-        delayed(of_scene)(name, effort) for name in names
+        delayed(of_scene)(name, chosen.variants, effort) for name in names
     )
     rows: list[Row] = []
-    for four in results:
-        print("\n".join(map(line, four)), flush=True)
-        rows += four
+    for some in results:
+        print("\n".join(map(line, some)), flush=True)
+        rows += some
     broken = [f"{row.scene} ({row.variant}): {', '.join(row.broken)}" for row in rows if row.broken]
     z = defaultdict(list)
     for row in rows:

@@ -1,4 +1,4 @@
-"""A stranger's scene: the function that writes it, the lights hidden in it, and what is promised."""
+"""A stranger's scene: the function that writes it, the lights hidden in it, what is promised."""
 
 from __future__ import annotations
 

@@ -17,8 +17,8 @@ def cuboid(low: ArrayLike, high: ArrayLike) -> tuple[NDArray, NDArray]:
     """(24, 3) vertices and (12, 3) triangles, their fronts outward."""
     low, high = np.asarray(low, float), np.asarray(high, float)
     vertices = low + (high - low) * CORNERS[np.ravel(SIDES)]
-    first = 4 * np.arange(6)[:, None]
-    return vertices, np.concatenate([first + [0, 1, 2], first + [0, 2, 3]])
+    corners = np.arange(24).reshape(6, 4)
+    return vertices, np.concatenate([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]])
 
 
 def ply(

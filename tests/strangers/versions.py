@@ -13,6 +13,7 @@ from strangers.words import (
     box,
     bsdf,
     diffuse,
+    emitter,
     film,
     node,
     number,
@@ -22,10 +23,12 @@ from strangers.words import (
     sensor,
     shape,
     string,
+    value,
     whole,
     yes,
 )
 from strangers.world import World
+
 
 def old(place: str) -> str:
     return place.replace("to_world", "toWorld")
@@ -35,15 +38,17 @@ def old_lamp(w: World, light: Light, name: str) -> str:
     """A light whose position is the origin of a transform."""
     (x, y, z), intensity = light
     put = old(w.place(f'<translate x="{x}" y="{y}" z="{z}"/>'))
-    value = w.power(*intensity).replace(" ", ", ")
-    return f'<emitter type="point" id="{name}">{put}<rgb name="intensity" value="{value}"/></emitter>'
+    power = w.power(*intensity).replace(" ", ", ")
+    return emitter("point", put, rgb("intensity", power), id=name)
 
 
 @stranger(version="0.5.0", lamp=old_lamp, lights=TWO)
 def old_camera(w: World, folder: Path) -> list[str]:
     """Camel case, lookAt, the film and the sampler of 0.5."""
     eye = old(w.aim((0.3, 0.3, 1.5), (3, 2, 1), tag="lookAt"))
-    picture = film("hdrfilm", string("pixelFormat", "rgb"), '<boolean name="banner" value="false"/>')
+    picture = film(
+        "hdrfilm", string("pixelFormat", "rgb"), '<boolean name="banner" value="false"/>'
+    )
     sampler = node("sampler", "ldsampler", whole("sampleCount", 64))
     camera = sensor("perspective", eye, string("fovAxis", "smaller"), number("fov", 60))
     pot = ball(w, (2.6, 1.9, 0.4), 0.4, bsdf("roughplastic", number("intIOR", 1.4)))
@@ -59,10 +64,10 @@ def old_camera(w: World, folder: Path) -> list[str]:
 def old_spectra(w: World, folder: Path) -> list[str]:
     """Reflectances by wavelength."""
     values = "400:0.3, 500:0.4, 600:0.6, 700:0.5"
-    wall = f'<bsdf type="twosided"><bsdf type="diffuse"><spectrum name="reflectance" value="{values}"/>'
-    wall += "</bsdf></bsdf>"
-    grey = '<bsdf type="diffuse"><spectrum name="reflectance" value="0.35"/></bsdf>'
-    return [old(room(w, wall)), old(block(w, grey))]
+    wall, grey = (
+        bsdf("diffuse", value("spectrum", "reflectance", what)) for what in (values, 0.35)
+    )
+    return [old(room(w, both(wall))), old(block(w, grey))]
 
 
 @stranger(version="0.5.0", lamp=old_lamp)
@@ -117,8 +122,8 @@ def parts(w: World, folder: Path) -> list[str]:
     """Walls in a file of their own, meshes in a folder, another name for a material."""
     name = ply(w, folder / "meshes" / "block.ply", *cuboid((1.8, 1.2, 0), (2.3, 1.8, 0.9)))
     (folder / "parts").mkdir(exist_ok=True)
-    walls = f'<scene version="3.0.0">{bsdf("twosided", diffuse(0.6), id="grey")}{room(w, ref("grey"))}</scene>'
-    (folder / "parts" / "walls.xml").write_text(walls)
+    walls = bsdf("twosided", diffuse(0.6), id="grey") + room(w, ref("grey"))
+    (folder / "parts" / "walls.xml").write_text(f'<scene version="3.0.0">{walls}</scene>')
     return [
         '<path value="meshes"/>',
         '<include filename="parts/walls.xml"/>',
@@ -142,7 +147,9 @@ def parameters(w: World, folder: Path) -> list[str]:
     return [
         '<default name="albedo" value="0.6"/>',
         '<default name="spp" value="16"/>',
-        node("sensor", "perspective", node("sampler", "independent", whole("sample_count", "$spp"))),
+        node(
+            "sensor", "perspective", node("sampler", "independent", whole("sample_count", "$spp"))
+        ),
         room(w, both(bsdf("diffuse", rgb("reflectance", "$albedo")))),
         box(w, (1.8, 1.2, 0), (2.3, 1.8, 0.9), bsdf("diffuse", rgb("reflectance", "$tall"))),
     ]
