@@ -15,6 +15,7 @@ KINDS = (
     "instances",
     "units",
     "sides",
+    "shapes",
     "emitters",
     "cameras",
     "looks",

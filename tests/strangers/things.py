@@ -39,10 +39,25 @@ def ply(
     return path.name
 
 
-def obj(w: World, path: Path, vertices: NDArray, faces: NDArray) -> str:
-    """Write a mesh; its file's name."""
+def globe(centre: ArrayLike, radius: float, n: int = 12) -> tuple[NDArray, NDArray, NDArray]:
+    """A coarse ball: vertices, quadrangles, some of them without area, and normals."""
+    theta, phi = np.meshgrid(np.linspace(0, np.pi, n), np.linspace(0, 2 * np.pi, 2 * n))
+    x, y = np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi)
+    normals = np.stack([x, y, np.cos(theta)], axis=2).reshape(-1, 3)
+    i, j = (k.ravel() for k in np.meshgrid(np.arange(2 * n - 1), np.arange(n - 1), indexing="ij"))
+    quads = np.stack([n * i + j, n * i + j + 1, n * (i + 1) + j + 1, n * (i + 1) + j], axis=1)
+    return np.asarray(centre) + radius * normals, quads, normals
+
+
+def obj(
+    w: World, path: Path, vertices: NDArray, faces: NDArray, normals: NDArray | None = None
+) -> str:
+    """Write a mesh, of triangles or quadrangles; its file's name."""
     lines = ["v " + " ".join(repr(float(v)) for v in row) for row in w.points(vertices)]
-    lines += ["f " + " ".join(str(i + 1) for i in face) for face in w.faces(faces)]
+    corner = "{0}" if normals is None else "{0}//{0}"
+    if normals is not None:
+        lines += ["vn " + " ".join(repr(float(v)) for v in row * [w.sign, 1, 1]) for row in normals]
+    lines += ["f " + " ".join(corner.format(i + 1) for i in face) for face in w.faces(faces)]
     path.parent.mkdir(exist_ok=True)
     path.write_text("\n".join(lines) + "\n")
     return path.name
