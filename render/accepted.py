@@ -176,6 +176,8 @@ def _check_transforms(file: SceneFile, node: Any) -> None:
         matrix, back = (
             np.array(m, float) for m in (props[key].matrix, props[key].inverse_transpose)
         )
+        if not np.isfinite(matrix).all():
+            continue  # said of the shape that it makes
         there = matrix @ back.T
         if not (np.isfinite(there).all() and np.abs(there - np.eye(len(there))).max() < INVERSE):
             raise file.refused(
