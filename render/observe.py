@@ -203,6 +203,7 @@ def _observations(
         regions=regions,
         region_names=names,
         unit=room.unit,
+        intensity_unit=room.lights.intensity_unit,
     )
 
 

@@ -134,6 +134,7 @@ def _by_room(picture: Picture, room: Room, sensor: int, interreflected: bool) ->
         regions=regions,
         region_names=names,
         unit=room.unit,
+        intensity_unit=room.lights.intensity_unit,
     )
 
 

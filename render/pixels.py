@@ -83,6 +83,7 @@ def observe_view(
         regions=regions[0],
         region_names=regions[1],
         unit=view.unit if room is None or room.unit == units.UNKNOWN else room.unit,
+        intensity_unit=room.lights.intensity_unit if room else "",
     )
 
 

@@ -190,7 +190,8 @@ def load(
     if all(area_of(shape) == 0 for shape in scene.shapes()):
         raise ValueError(f"{path}: the scene has no surface")
     try:
-        lights = _lights(scene, unit)
+        # all of glTF is photometric
+        lights = _lights(scene, unit, "cd" if path.suffix.lower() in METRES else "")
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
     geometry = SceneGeometry(scene, known)
@@ -258,7 +259,8 @@ def relight(room: Room, lights: PointLights) -> Room:
     [[5.0]]
     """
     check_same_unit(room, lights.unit, "these lights")
-    lights = PointLights(lights.positions, np.nan_to_num(lights.intensities), room.unit)
+    own = lights.intensity_unit or room.lights.intensity_unit
+    lights = PointLights(lights.positions, np.nan_to_num(lights.intensities), room.unit, own)
     scene = lit(room.scene, lights)
     return replace(room, scene=scene, lights=lights, geometry=SceneGeometry(scene, room.known))
 
@@ -320,9 +322,9 @@ def _tessellated(shape: Any) -> tuple[np.ndarray, np.ndarray]:
     return vertices, np.concatenate([lower, upper])
 
 
-def _lights(scene: Any, unit: str) -> PointLights:
+def _lights(scene: Any, unit: str, intensity_unit: str) -> PointLights:
     if not scene.emitters():
-        return PointLights(np.zeros((0, 3)), np.zeros((0, 1)), unit)
+        return PointLights(np.zeros((0, 3)), np.zeros((0, 1)), unit, intensity_unit)
     positions, intensities = [], []
     for emitter in scene.emitters():
         values = mi.traverse(emitter)
@@ -331,7 +333,7 @@ def _lights(scene: Any, unit: str) -> PointLights:
         intensities.append(np.broadcast_to(np.array(values[colour], float).ravel(), 3))
     if np.isnan(intensities).any():
         raise ValueError("an intensity is no number; expected one of at least 0")
-    lights = PointLights(np.array(positions), np.array(intensities), unit)
+    lights = PointLights(np.array(positions), np.array(intensities), unit, intensity_unit)
     colours = lights.intensities
     grey = np.ptp(colours, axis=1).max() <= GREY * colours.max()
     return replace(lights, intensities=colours[:, :1]) if grey else lights
