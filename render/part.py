@@ -10,6 +10,8 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
+from render.variant import two_threads
+
 LINEAR_BELOW = 0.04045  # of sRGB
 MOST_CORNERS = 2000  # of a polygon that is not convex: cutting it takes their square
 
@@ -79,7 +81,8 @@ def picture(data: bytes | Path, name: str) -> NDArray[np.float64]:
         if stream is not None:
             stream.write(data)
             stream.seek(0)
-        bitmap = mi.Bitmap(str(data)) if stream is None else mi.Bitmap(stream)
+        with two_threads():
+            bitmap = mi.Bitmap(str(data)) if stream is None else mi.Bitmap(stream)
     except (RuntimeError, ValueError):
         raise ValueError(f"{name}: the picture can't be read; expected PNG or JPEG") from None
     values = np.array(bitmap)

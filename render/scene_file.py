@@ -15,6 +15,7 @@ import mitsuba as mi
 from lightloc.checks import printable
 from render.old_words import modern
 from render.tags import Tags, check_files
+from render.variant import two_threads
 
 FAILURES = (RuntimeError, ValueError, TypeError, IndexError, KeyError)  # that Mitsuba raises
 SOURCE = re.compile(r"\[\w+\.(?:cpp|h):\d+\]\s*|\[[A-Z][A-Za-z]*\]\s*")  # a place in its C++
@@ -124,7 +125,7 @@ class SceneFile:
 
     def build(self) -> Any:
         """What the root stands for, as Mitsuba's object, whatever properties it does not know."""
-        with _looking(self.resolver), _told(self.path):
+        with _looking(self.resolver), _told(self.path), two_threads():
             return mi.parser.instantiate(_config(), self.state)
 
     def _tags(self) -> list[Tags]:

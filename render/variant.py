@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 import mitsuba as mi
 
 import lightloc.backend as backend  # first: it chooses the LLVM library
+
+import drjit as dr  # isort: skip
 
 VARIANTS = {backend.LLVM: "llvm_ad_rgb", backend.CUDA: "cuda_ad_rgb"}
 
@@ -15,3 +20,16 @@ def use_mitsuba() -> None:
     if mi.variant() != wanted:
         mi.set_variant(wanted)
         mi.set_log_level(mi.LogLevel.Error)
+
+
+@contextmanager
+def two_threads() -> Iterator[None]:
+    """Within it, Mitsuba reads and writes EXR files; one thread waits there for ever (3.9.1)."""
+    before = dr.thread_count()
+    if before < 2:
+        dr.set_thread_count(2)
+    try:
+        yield
+    finally:
+        if before < 2:
+            dr.set_thread_count(before)

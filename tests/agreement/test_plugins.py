@@ -12,6 +12,7 @@ import pytest
 
 import lightloc  # before mitsuba: it chooses the LLVM library
 import render
+from render.variant import two_threads
 
 LIGHT = lightloc.PointLights([[0.4, -0.3, 2.0]], [[9.0, 7.0, 5.0]])
 LAMP = (
@@ -138,9 +139,12 @@ def paint(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("paint")
     rng = np.random.default_rng(0)
     render.load("box_one")  # sets Mitsuba's variant
-    mi.Bitmap(rng.uniform(0.1, 0.8, (8, 8, 3)).astype(np.float32)).write(str(folder / "paint.exr"))
+    paint = mi.Bitmap(rng.uniform(0.1, 0.8, (8, 8, 3)).astype(np.float32))
+    with two_threads():
+        paint.write(str(folder / "paint.exr"))
     bumps = np.full((8, 8, 3), [0.5, 0.5, 1]) + rng.normal(0, 0.05, (8, 8, 3)) * [1, 1, 0]
-    mi.Bitmap(bumps.astype(np.float32)).write(str(folder / "bumps.exr"))
+    with two_threads():
+        mi.Bitmap(bumps.astype(np.float32)).write(str(folder / "bumps.exr"))
     grid = rng.uniform(0.1, 0.8, (4, 4, 4, 3)).astype(np.float32)
     mi.VolumeGrid(grid).write(str(folder / "grid.vol"))
     corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])

@@ -20,6 +20,8 @@ import pytest
 
 import render
 
+import drjit as dr  # isort: skip
+
 
 def scene_of(*lines: str, version: str = "3.0.0") -> str:
     """The text of a scene, of which the first line is line 2."""
@@ -710,3 +712,20 @@ def test_what_a_room_yields_names_its_file(write, refuses):
     latin.write_bytes(latin.read_text().encode("latin-1"))
     with refuses(f"{latin}: a name in it is not written in UTF-8"):
         render.load(latin)
+
+
+def test_an_exr_texture_loads_with_one_thread(write, tmp_path):
+    """With one thread of Dr.Jit's, as on one core, Mitsuba by itself waits for ever."""
+    texels = oiio.ImageBuf(oiio.ImageSpec(4, 4, 3, oiio.FLOAT))
+    oiio.ImageBufAlgo.fill(texels, (0.2, 0.4, 0.6))
+    assert texels.write(str(tmp_path / "p.exr"))
+    colour = texture("bitmap", text("filename", "p.exr"), name="reflectance")
+    path = write(LAMP, shape("rectangle", bsdf("diffuse", colour)))
+    before = dr.thread_count()
+    dr.set_thread_count(1)
+    try:
+        q = render.observe(render.load(path), points=4, transport="direct")
+        assert dr.thread_count() == 1
+    finally:
+        dr.set_thread_count(before)
+    np.testing.assert_allclose(q.material.albedo, [[0.2, 0.4, 0.6]], rtol=1e-6)

@@ -67,10 +67,13 @@ def picture(path: Path, pixels: NDArray) -> str:
     """Write (h, w, 3) pixels, linear in EXR and as they are in PNG; the file's name."""
     import mitsuba as mi
 
+    from render.variant import two_threads
+
     bitmap = mi.Bitmap(np.asarray(pixels, np.float32))
     if path.suffix == ".png":
         bitmap = bitmap.convert(component_format=mi.Struct.Type.UInt8, srgb_gamma=False)
-    bitmap.write(str(path))
+    with two_threads():
+        bitmap.write(str(path))
     return path.name
 
 
