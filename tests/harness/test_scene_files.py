@@ -728,4 +728,4 @@ def test_an_exr_texture_loads_with_one_thread(write, tmp_path):
         assert dr.thread_count() == 1
     finally:
         dr.set_thread_count(before)
-    np.testing.assert_allclose(q.material.albedo, [[0.2, 0.4, 0.6]], rtol=1e-6)
+    np.testing.assert_allclose(q.material.albedo, [[0.2, 0.4, 0.6]] * 4, rtol=1e-6)
