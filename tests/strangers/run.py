@@ -41,7 +41,7 @@ def line(row: Row) -> str:
     end = f"  {row.seconds:4.0f} s  {', '.join(row.broken).upper()}"
     if not row.reason:
         return f"{start}{row.sentence}{end}"
-    z = f"{row.z.mean():5.2f} ± {row.z.std():4.2f}" if len(row.z) else f"{'exact':>12}"
+    z = f"{row.z.mean():5.2f} ± {row.z.std():4.2f}" if len(row.z) else "-"
     errors = f"{in_percent(row.position)} {in_percent(row.intensity)}"
     return f"{start}{z:>12}  {row.reason:10} {row.count:>5} {errors}{end}"
 

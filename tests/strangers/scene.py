@@ -53,6 +53,8 @@ class Stranger:
         From a variant to the world that the scene stands in.
     refused
         Words of the sentence by which it is refused; none where it loads.
+    no_paths
+        Words of the sentence by which it is not rendered with interreflected light.
     line
         Whether that sentence says a line.
     """
@@ -67,6 +69,7 @@ class Stranger:
     version: str = "3.0.0"
     world: Callable[[World], World] = lambda w: w
     refused: tuple[str, ...] = ()
+    no_paths: tuple[str, ...] = ()
     line: bool = True
 
     def into(self, folder: Path, variant: World) -> Path:

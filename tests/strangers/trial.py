@@ -88,17 +88,19 @@ def _loaded(row: Row, one: Stranger, world: World, room: render.Room, effort: Ef
     broken = [] if same_lights(room.lights, one.truth(world)) else ["the truth"]
     try:
         z, exact = standing(room, whole_file(room.path, one.values), world.seed, effort)
-        q = render.observe(
-            room, points=effort.searched, spp=effort.spp, seed=world.seed, transport="direct"
-        )
-        found = localize(q, room.geometry, seed=world.seed)
     except ValueError as error:
-        return replace(row, sentence=str(error), broken=(*broken, "raised"))
-    if not exact:
-        broken.append("exact B")
+        z, exact, sentence = np.zeros(0), True, str(error)
+        if not one.no_paths or not all(words in sentence for words in one.no_paths):
+            return replace(row, sentence=sentence, broken=(*broken, "raised"))
+    else:
+        broken += ["not refused"] if one.no_paths else []
+    broken += [] if exact else ["exact B"]
+    q = render.observe(
+        room, points=effort.searched, spp=effort.spp, seed=world.seed, transport="direct"
+    )
+    found = localize(q, room.geometry, seed=world.seed)
     if not right(found, room.lights, room.diagonal):
-        wrong = "CONVERGED and wrong" if found.reason is Reason.CONVERGED else "lights"
-        broken.append(wrong)
+        broken.append("CONVERGED and wrong" if found.reason is Reason.CONVERGED else "lights")
     match = compare(found.lights, room.lights, room.diagonal)
     return replace(
         row,
@@ -117,8 +119,7 @@ def standing(
     """z of B against the whole file's, and whether the rest, which has no noise, is equal."""
     q = render.observe(room, points=effort.points, spp=effort.spp, seed=seed)
     B, error = by_mitsuba(whole, q, room.diagonal, effort.reference, seed)
-    B, error = B[:, : q.channels], error[:, : q.channels]
-    return scores(q, B, error)
+    return scores(q, B[:, : q.channels], error[:, : q.channels])
 
 
 def scores(q: Observations, B: NDArray, error: NDArray) -> tuple[NDArray[np.float64], bool]:

@@ -25,8 +25,14 @@ def of_4000_millimetres(w: World, folder: Path) -> list[str]:
     return furnished(w)
 
 
-@stranger(lights=TWO, world=lambda w: w.in_units(1e-3))
-def of_kilometres(w: World, folder: Path) -> list[str]:
+@stranger(lights=TWO, world=lambda w: w.in_units(1e-5), no_paths=("too small", "smaller unit"))
+def of_hundred_kilometres(w: World, folder: Path) -> list[str]:
+    """Too small for Mitsuba's paths, and not for direct light."""
+    return furnished(w)
+
+
+@stranger(lights=TWO, world=lambda w: w.in_units(1e-2))
+def of_hectometres(w: World, folder: Path) -> list[str]:
     return furnished(w)
 
 
