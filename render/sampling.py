@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from render.room import Room
 from render.sides import side_of
 from render.surfaces import area_of, left_out, two_sided
-from render.transport import PROBE_SHARE, to_numpy
+from render.transport import PROBE_SHARE, probe, to_numpy
 
 CLEARANCE = 0.02  # the viewer stands at least this share of the diagonal away
 ALIKE = 0.999  # cosine between the normals of one point, found twice
@@ -80,10 +80,14 @@ def _seen(
     w = mi.Frame3f(side).to_world(mi.warp.square_to_cosine_hemisphere(mi.Point2f(disc)))
     start = p + w * (PROBE_SHARE * room.diagonal)
     free = ~room.scene.ray_test(mi.Ray3f(start, w, CLEARANCE * room.diagonal, 0, []))
-    back = room.scene.ray_intersect(mi.Ray3f(start, -w))
-    same = dr.norm(back.p - p) < 0.1 * PROBE_SHARE * room.diagonal
+    back = probe(room.scene, x, to_numpy(w))
+    # far from the origin, and beside an edge, another probe may find something else there
+    again = probe(room.scene, to_numpy(back.p), to_numpy(w))
+    near = 0.1 * PROBE_SHARE * room.diagonal
+    same = (dr.norm(back.p - p) < near) & (dr.norm(again.p - p) < near) & again.is_valid()
     # beside an edge, the ray may come through the other surface
     alike, front = dr.abs(dr.dot(back.n, normal)) > ALIKE, dr.dot(back.sh_frame.n, w) > 0
+    same &= dr.abs(dr.dot(back.n, again.n)) > ALIKE
     good = free & back.is_valid() & same & dr.select(either, alike, front)
     return np.array(good), to_numpy(w)
 

@@ -149,3 +149,17 @@ def test_lamps_are_left_out_and_named(load):
     assert room.unobserved == {"shape 'panel'": "emits light"}
     q = render.observe(room, points=200, transport="direct", spp=4)
     assert (q.positions[:, 2] < -0.999).all()
+
+
+def test_what_is_observed_is_found_again(load):
+    """A thousand rooms from the origin, where single precision has steps of a quarter millimetre.
+
+    A view that passes an edge by rounding alone finds the next wall when it is measured again.
+    """
+    place = '<scale x="2" y="1.5" z="1.25"/><translate x="4002" y="-2998.5" z="1.25"/>'
+    place = f'<transform name="to_world">{place}</transform>'
+    room = load(f'<shape type="cube">{place}{BOTH}</shape>', lamp(4001.2, -2997.9, 1.9))
+    q = render.observe(room, points=4000, seed=1, transport="direct")
+    again = render.remeasure(room, q)
+    assert (q.radiance > 0).all()
+    np.testing.assert_allclose(again.radiance, q.radiance, rtol=0.02)
