@@ -40,14 +40,17 @@ def plain(value: float) -> str:
 
 
 def yard(w: World) -> list[str]:
-    """Open to the sky: ground, a wall, a block and a ball."""
+    """Open to the sky: ground, a wall, a block and a ball, a centimetre above the ground.
+
+    Faces that coincide, of which one is lit from below, are one or the other by rounding.
+    """
     ground = scaled(3, 2.5, 1) + moved(2, 1.5, 0)
     wall = scaled(2, 1, 1) + turned("x", 90.0) + moved(2, 3, 1)
     return [
         square(w, ground, diffuse(0.4), id="ground"),
         square(w, wall, both(), id="wall"),
-        block(w),
-        ball(w, (3, 2.2, 0.4), 0.4, diffuse(0.6)),
+        box(w, (1.8, 1.2, 0.01), (2.3, 1.8, 0.9), diffuse(0.3)),
+        ball(w, (3, 2.2, 0.41), 0.4, diffuse(0.6)),
     ]
 
 
