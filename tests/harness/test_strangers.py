@@ -19,17 +19,14 @@ from lightloc import localize
 from validation import compare
 
 FEW = Effort(points=250, spp=64, reference=256, searched=500)
+FINE = Effort(points=600)  # what a promise of 0.1 in the mean needs
 CHEAP = {  # a scene of each kind, and the variant that it is tried in
     "parts": "unit",
-    "old_colours": "seed",
-    "mirrored_instances": "handedness",
-    "ten_rooms_away": "order",
+    "group_of_two": "handedness",
     "partition": "handedness",
     "one_sided_mesh": "order",
     "sun": "handedness",
     "one_by_name": "unit",
-    "outside_the_room": "seed",
-    "chequered": "order",
 }
 REFUSED = [name for name, one in SCENES.items() if one.refused]
 
@@ -67,19 +64,14 @@ def changed(tmp_path) -> Callable[..., tuple[np.ndarray, bool]]:
         text = path.read_text()
         assert text.count(before) == 1
         path.write_text(text.replace(before, after))
-        return standing(room, whole_file(path, {}), 0, FEW)
+        return standing(room, whole_file(path, {}), 0, FINE)
 
     return judged
 
 
 WRONG = {
     "nothing": ("partition", 'version="3.0.0"', 'version="3.1.0"'),
-    "a light 3 % brighter": (
-        "partition",
-        'name="intensity" value="3.0"',
-        'name="intensity" value="3.09"',
-    ),
-    "a light 2 cm away": ("partition", 'value="3.1 0.8 1.1"', 'value="3.12 0.8 1.1"'),
+    "a light 3 % brighter": ("partition", 'intensity" value="3.0"', 'intensity" value="3.09"'),
     "a wall that is not there": ("partition", '<scale x="0.9" y="1.2"', '<scale x="0.1" y="0.1"'),
     "a normal turned": ("one_sided_room", '<rotate x="1" angle="180.0"/>', ""),
     "another paint": ("one_sided_mesh", 'value="0.5"', 'value="0.51"'),
@@ -89,7 +81,7 @@ WRONG = {
 @pytest.mark.parametrize("wrong", WRONG)
 def test_the_judge_sees_it(wrong, changed):
     z, exact = changed(*WRONG[wrong])
-    standard = abs(z.mean()) < 4 / np.sqrt(FEW.points) and 0.8 < z.std() < 1.2
+    standard = abs(z.mean()) < 4 / np.sqrt(FINE.points) and 0.85 < z.std() < 1.15
     assert (standard and exact) == (wrong == "nothing"), (z.mean(), z.std(), exact)
 
 
