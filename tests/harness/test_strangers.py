@@ -64,7 +64,7 @@ def changed(tmp_path) -> Callable[..., tuple[np.ndarray, bool]]:
         text = path.read_text()
         assert text.count(before) == 1
         path.write_text(text.replace(before, after))
-        return standing(room, whole_file(path, {}), 0, FINE)
+        return standing(room, whole_file(path, {})[0], 0, FINE)
 
     return judged
 

@@ -19,12 +19,13 @@ LANES = 1 << 20
 PROBE_SHARE = 1e-3  # of the diagonal: where a ray starts, before the surface
 
 
-def whole_file(path: Path, values: Mapping[str, Any]) -> Any:
-    """The scene as Mitsuba loads it; as we read it, where it does not take the file's words."""
+def whole_file(path: Path, values: Mapping[str, Any]) -> tuple[Any, bool]:
+    """The scene as Mitsuba loads it, and True; as we read it, where it refuses the file's words."""
     try:
-        return mi.load_file(str(path), **{name: str(value) for name, value in values.items()})
+        own = mi.load_file(str(path), **{name: str(value) for name, value in values.items()})
     except (RuntimeError, ValueError):
-        return build(SceneFile.read(path, values))
+        return build(SceneFile.read(path, values)), False
+    return own, True
 
 
 def by_mitsuba(

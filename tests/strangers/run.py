@@ -83,6 +83,9 @@ def main() -> int:
     loaded = [row for row in rows if row.reason]
     print(f"\n{len(z)} scenes, {len(rows)} files, {time.perf_counter() - start:.0f} s")
     print(f"loaded {len(loaded)}, refused {len(rows) - len(loaded)}")
+    others = sorted({row.scene for row in loaded if not row.as_read})
+    if others:
+        print(f"compared with the file as we read it, which Mitsuba refuses: {', '.join(others)}")
     if noisy:
         every = np.concatenate(list(noisy.values()))
         print(f"z over all {len(every)} points with noise: {every.mean():.3f} ± {every.std():.3f}")

@@ -42,7 +42,8 @@ QUICK = Effort(points=300, spp=64, reference=256, searched=600)
 class Row:
     """What came out.
 
-    ``z`` is of points whose B has noise; ``broken`` are the promises that were not kept.
+    ``z`` is of points whose B has noise; ``as_read`` is whether the reference is
+    the file as Mitsuba itself reads it; ``broken`` are the promises that were not kept.
     """
 
     scene: str
@@ -54,6 +55,7 @@ class Row:
     count: str = ""
     position: float | None = None
     intensity: float | None = None
+    as_read: bool = True
     seconds: float = 0.0
     broken: tuple[str, ...] = ()
 
@@ -86,8 +88,9 @@ def _loaded(row: Row, one: Stranger, world: World, room: render.Room, effort: Ef
     if one.refused:
         return replace(row, broken=("not refused",))
     broken = [] if same_lights(room.lights, one.truth(world)) else ["the truth"]
+    whole, as_read = whole_file(room.path, one.values)
     try:
-        z, exact = standing(room, whole_file(room.path, one.values), world.seed, effort)
+        z, exact = standing(room, whole, world.seed, effort)
     except ValueError as error:
         z, exact, sentence = np.zeros(0), True, str(error)
         if not one.no_paths or not all(words in sentence for words in one.no_paths):
@@ -109,6 +112,7 @@ def _loaded(row: Row, one: Stranger, world: World, room: render.Room, effort: Ef
         count=f"{len(found.lights)}/{len(room.lights)}",
         position=match.worst_position_percent,
         intensity=match.worst_intensity_percent,
+        as_read=as_read,
         broken=tuple(broken),
     )
 
