@@ -88,6 +88,7 @@ def _seen(
     # beside an edge, the ray may come through the other surface
     alike, front = dr.abs(dr.dot(back.n, normal)) > ALIKE, dr.dot(back.sh_frame.n, w) > 0
     same &= dr.abs(dr.dot(back.n, again.n)) > ALIKE
+    alike &= front | two_sided(back.bsdf().flags())  # another surface may lie in the same plane
     good = free & back.is_valid() & same & dr.select(either, alike, front)
     return np.array(good), to_numpy(w)
 

@@ -100,8 +100,9 @@ def indirect(
             mi.BSDFContext(), here, sampler.next_1d(), sampler.next_2d()
         )
         ray = here.spawn_ray(here.to_world(chosen.wo))
-        radiance, valid, _ = path.sample(scene, sampler, ray, active=dr.any(weight > 0))
-        return weight * dr.select(valid, radiance, 0)
+        scattered = dr.any(weight > 0)  # not so where a blend, seen from behind, has NaN
+        radiance, valid, _ = path.sample(scene, sampler, ray, active=scattered)
+        return dr.select(scattered & valid, weight * radiance, 0)
 
     mean, error = _averaged(scene, si, sample, spp, seed, watch)
     return mean, _pooled(error, si, diagonal_of(scene))

@@ -163,3 +163,19 @@ def test_what_is_observed_is_found_again(load):
     again = render.remeasure(room, q)
     assert (q.radiance > 0).all()
     np.testing.assert_allclose(again.radiance, q.radiance, rtol=0.02)
+
+
+def test_the_back_of_what_stands_on_a_floor_is_not_its_floor(load):
+    """Of two surfaces in one plane either may be met; one that is seen from behind is neither."""
+    metal = '<bsdf type="roughconductor"/>'
+    blend = f'<bsdf type="blendbsdf"><float name="weight" value="0.4"/>{GREY}{metal}</bsdf>'
+    block = (
+        '<shape type="cube"><transform name="to_world"><scale value="0.4"/>'
+        f'<translate z="-0.6"/></transform>{blend}</shape>'
+    )
+    room = load(block, cube(BOTH), lamp(0.3, 0.2, 0.4))
+    q = render.observe(room, points=2000, spp=64)
+    floor = q.positions[:, 2] < -0.99
+    below = floor & (np.abs(q.positions[:, :2]).max(axis=1) < 0.39)
+    assert set(q.regions[below]) <= set(q.regions[floor & ~below])
+    assert np.isfinite(q.radiance).all()
