@@ -273,7 +273,7 @@ def test_mixed_in_mixed(tmp_path, rng, refuses):
         if depth <= 8:
             same_material(Observations.load(path).material, material)
         else:
-            with refuses(f"{path}: material is Mixed in Mixed, more than 8 deep"):
+            with refuses(f"{path}: material is Mixed in others, more than 8 deep"):
                 Observations.load(path)
 
 

@@ -65,16 +65,21 @@ def test_what_is_written_is_read(seed, read):
     np.testing.assert_array_equal(q.radiance, B * scale)
     np.testing.assert_array_equal(q.sigma, np.broadcast_to(error[:, None], B.shape) * scale)
     assert isinstance(q.material, Irradiance) and not q.interreflected
-    assert (q.intensity_unit, q.power) == (form, form)
+    assert (q.intensity_unit, q.intensity_unit) == (form, form)
     assert q.unit == {"Inch": "in"}.get(unit, unit.lower())
 
 
 def test_units_that_nobody_says(read):
     """The unit of length is never assumed; it may be given."""
     q = read(f"{HEADER}\n{ROW}")
-    assert (q.unit, q.power, q.radiance.item(), q.sigma) == ("unit", "lx unit^2", 250, None)
+    assert (q.unit, q.intensity_unit, q.radiance.item(), q.sigma) == (
+        "unit",
+        "lx unit^2",
+        250,
+        None,
+    )
     q = read(f"{HEADER}\n{ROW}", unit="cm")
-    assert (q.unit, q.power) == ("cm", "cd") and q.radiance.item() == pytest.approx(0.025)
+    assert (q.unit, q.intensity_unit) == ("cm", "cd") and q.radiance.item() == pytest.approx(0.025)
 
 
 @pytest.mark.parametrize(
@@ -101,7 +106,7 @@ def test_units_that_nobody_says(read):
 def test_quantities(header, row, quantity, power, read):
     """Names and units decide what was measured."""
     q = read(f"{header}\n{row}")
-    assert (q.quantity, q.power, q.radiance.item()) == (quantity, power, 250)
+    assert (q.quantity, q.intensity_unit, q.radiance.item()) == (quantity, power, 250)
     if quantity == "radiance":
         assert q.material == Lambert(albedo=[[0.5]]) or q.material.albedo.tolist() == [[0.5]]
 

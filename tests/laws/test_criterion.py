@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -19,8 +21,9 @@ CRITERION = Criterion.of(Options())
 def problem() -> Problem:
     up = np.tile([0.0, 0.0, 1.0], (N, 1))
     x = np.random.default_rng(0).uniform(0, 1, (N, 3))
+    B = np.full(N, 2 * WILD)  # lit everywhere, so that no wild value outshines the rest
     q = Observations(
-        positions=x, normals=up, directions=up, radiance=np.ones(N), material=Lambert(albedo=0.5)
+        positions=x, normals=up, directions=up, radiance=B, material=Lambert(albedo=0.5)
     )
     return Problem.of(q, np.ones((N, 1)), None, q.bounds)
 
@@ -45,6 +48,16 @@ def test_few_wild_values_do_not_matter_many_do(share, explained, problem):
     z = noise()
     z[: round(share * N)] = WILD
     assert CRITERION.is_explained(problem, fit(z)) is explained
+
+
+def test_what_alone_is_lit_is_not_among_the_few(problem):
+    """Where the lights make everything dark, a few that are bright are what was to be explained."""
+    z = noise()
+    z[: round(0.5 * FEW * N)] = WILD
+    dark = replace(problem, radiance=z.reshape(-1, 1))
+    assert CRITERION.is_outshone(dark, fit(z))
+    assert not CRITERION.is_explained(dark, fit(z))
+    assert not CRITERION.is_outshone(problem, fit(z))
 
 
 def test_what_is_systematic_does_not_hide_among_the_few(problem):

@@ -93,7 +93,7 @@ def test_pictures_of_direct_light(by, picture):
         seen = render.observe_picture(picture, room, transport="direct")
     else:
         eye = np.array(room.scene.sensors()[0].world_transform().translation()).ravel()
-        seen = render.observe_picture(picture, camera=eye, transport="direct")
+        seen = render.observe_picture(picture, camera=eye, transport="direct", unit="m")
     assert len(seen) > 0.6 * 128 * 96 and seen.relative_sigma
     found = localize(seen, room.geometry)
     verdict = compare(found.lights, room.lights, room.diagonal)
