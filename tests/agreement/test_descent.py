@@ -133,7 +133,7 @@ def test_the_rooms_own_lights_are_not_looked_at(load):
     assert np.array_equal(first.losses, second.losses)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_colours(load):
     """Three channels: coloured lights are found with their colours."""
     room = load("box_colored")

@@ -407,7 +407,7 @@ def test_doctor_says_what_runs(tmp_path):
     assert "works" in done.stdout
 
 
-@pytest.mark.parametrize("library", [*OLD_LLVM, "/no/such/libLLVM.so"], ids=str)
+@pytest.mark.parametrize("library", [*OLD_LLVM[:1], "/no/such/libLLVM.so"], ids=str)
 def test_llvm_that_would_abort_is_refused(library, tmp_path):
     """An LLVM that Dr.Jit aborts on, or none, ends each command with one sentence of ours.
 

@@ -20,9 +20,8 @@ from validation import compare
 
 FEW = Effort(points=250, spp=64, reference=256, searched=500)
 FINE = Effort(points=600)  # what a promise of 0.1 in the mean needs
-CHEAP = {  # a scene of each kind, and the variant that it is tried in
+CHEAP = {  # some scenes, and the variant that each is tried in
     "parts": "unit",
-    "group_of_two": "handedness",
     "partition": "handedness",
     "one_sided_mesh": "order",
     "sun": "handedness",

@@ -53,7 +53,7 @@ def sphere(load) -> Callable[[int], tuple[render.Room, Observations, Observation
     return observe
 
 
-@pytest.mark.parametrize("k", [1, 2, 5])
+@pytest.mark.parametrize("k", [1, pytest.param(2, marks=pytest.mark.long), 5])
 def test_sphere(k, sphere):
     """Direct light comes back within 1 % RMS of its mean; untouched, B is 98 % off."""
     room, full, direct = sphere(k)
