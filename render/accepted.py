@@ -178,7 +178,8 @@ def _check_transforms(file: SceneFile, node: Any) -> None:
         )
         if not np.isfinite(matrix).all():
             continue  # said of the shape that it makes
-        there = matrix @ back.T
+        with np.errstate(all="ignore"):
+            there = matrix @ back.T
         if not (np.isfinite(there).all() and np.abs(there - np.eye(len(there))).max() < INVERSE):
             raise file.refused(
                 node,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import struct
 from pathlib import Path
@@ -22,7 +23,7 @@ def check_bitmap(file: Path) -> None:
 
     Of other formats Mitsuba itself says so. Raises ValueError naming the file.
     """
-    if not file.is_file():
+    if not os.path.isfile(file):
         return
     with open(file, "rb") as stream:
         head = stream.read(BMP.size)

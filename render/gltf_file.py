@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import os
 import struct
 from dataclasses import dataclass
 from pathlib import Path
@@ -110,6 +111,6 @@ class GltfFile:
             head, _, data = uri.partition(",")
             return base64.b64decode(data) if head.endswith(";base64") else unquote_to_bytes(data)
         file = self.path.parent / unquote(uri)
-        if not file.is_file():
+        if not os.path.isfile(file):
             raise FileNotFoundError(f"{self.path}: names {unquote(uri)}, which is missing")
         return file.read_bytes()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import Any
 
 import mitsuba as mi
@@ -71,7 +72,7 @@ def _bytes(file: SceneFile, part: Any) -> int:
     """The size of the file that a shape is read from, each time."""
     name = mi.Properties(part.props).get("filename", "")  # a copy: what is read counts as known
     found = file.find(str(name))
-    return found.stat().st_size if name and found.is_file() else 0
+    return found.stat().st_size if name and os.path.isfile(found) else 0
 
 
 def _matrix(node: Any) -> NDArray[np.float64]:

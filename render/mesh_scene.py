@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import tempfile
 import weakref
@@ -62,7 +63,7 @@ def read_mesh(path: Path, parameters: Mapping[str, Any]) -> SceneFile:
 
 def mesh_files(path: Path) -> list[Path]:
     """A mesh file, then the others that it names and that exist, sorted."""
-    found = {file for file in NAMERS[path.suffix.lower()](path) if file.is_file()}
+    found = {file for file in NAMERS[path.suffix.lower()](path) if os.path.isfile(file)}
     return [path, *sorted(found - {path})]
 
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import struct
+import zlib
 from pathlib import Path
 
 import mitsuba as mi
@@ -22,8 +25,10 @@ def check_mesh(kind: str, file: Path, index: int) -> None:
     ValueError
         Naming the mesh file, and the face where it is one.
     """
-    if not file.is_file():
+    if not os.path.isfile(file):
         raise ValueError(f"mesh {file}: no such file")
+    if kind == "serialized":
+        _check_serialized(file, index)
     more = {"shape_index": index} if kind == "serialized" else {}
     try:
         mesh = mi.load_dict({"type": kind, "filename": str(file), "face_normals": True, **more})
@@ -40,3 +45,35 @@ def check_mesh(kind: str, file: Path, index: int) -> None:
             f"mesh {file}: face {row} refers to vertex {faces[row, corner]}; "
             f"expected an index below {count}"
         )
+
+
+def _check_serialized(file: Path, index: int) -> None:
+    """Refuse a mesh that holds less than it says, for which Mitsuba may wait for ever."""
+    data = file.read_bytes()
+    try:
+        _, version = struct.unpack_from("<HH", data)
+        start, offset = 0, "<Q" if version == 4 else "<I"
+        if index:
+            (count,) = struct.unpack_from("<I", data, len(data) - 4)
+            place = len(data) - 4 - struct.calcsize(offset) * (count - index)
+            (start,) = struct.unpack_from(offset, data, place)
+        stream = zlib.decompressobj()
+        head = stream.decompress(data[start + 4 :], HEAD)
+        (flags,) = struct.unpack_from("<I", head)
+        at = head.index(b"\0", 4) + 1 if version == 4 else 4
+        vertices, faces = struct.unpack_from("<QQ", head, at)
+        numbers = 3 + sum(size for flag, size in ATTRIBUTES.items() if flags & flag)
+        size = at + 16 + vertices * numbers * (8 if flags & DOUBLE else 4)
+        size += faces * 3 * (8 if vertices > 0xFFFFFFFF else 4)
+        there = len(head)
+        while there < size and (more := stream.decompress(stream.unconsumed_tail, BLOCK)):
+            there += len(more)
+    except (struct.error, zlib.error, ValueError):
+        raise ValueError(f"mesh {file}: is no serialized mesh, or is damaged") from None
+    if there < size:
+        raise ValueError(f"mesh {file}: holds {there} bytes of the {size} that it says it has")
+
+
+ATTRIBUTES = {0x1: 3, 0x2: 2, 0x8: 3}  # numbers of a vertex: normal, texture coordinates, colour
+DOUBLE = 0x2000
+HEAD, BLOCK = 1 << 16, 1 << 24  # bytes

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -77,7 +78,7 @@ def obj_files(path: Path) -> list[Path]:
         for name in _names(path, words)
     ]
     files = [path.parent / name for name in libraries]
-    for file in [file for file in files if file.is_file()]:
+    for file in [file for file in files if os.path.isfile(file)]:
         for line in _text(file).splitlines():
             words = line.split()
             if words[:1] == ["map_Kd"]:
@@ -92,7 +93,7 @@ def _text(path: Path) -> str:
 def _names(path: Path, words: list[str]) -> list[str]:
     """The files of an ``mtllib``: one whose name has spaces, or several."""
     whole = " ".join(words[1:])
-    return [whole] if (path.parent / whole).is_file() else words[1:]
+    return [whole] if os.path.isfile(path.parent / whole) else words[1:]
 
 
 def _lines(path: Path) -> tuple[NDArray, NDArray, NDArray, dict[Any, _Faces], list[str]]:
@@ -164,7 +165,7 @@ def _library(path: Path, libraries: list[str], used: set[str]) -> dict[str, dict
     own: dict[str, Any] = {}
     for name in libraries if used else ():
         file = path.parent / name
-        if not file.is_file():
+        if not os.path.isfile(file):
             raise ValueError(f"{path}: names {name}, which is missing; or pass albedo=")
         for number, line in enumerate(_text(file).splitlines(), start=1):
             words = line.split()
@@ -212,7 +213,7 @@ def _paint(path: Path, name: str, values: dict[str, Any]) -> dict[str, Any] | No
     if "map_Kd" not in values:
         return {"type": "diffuse", "reflectance": colour(kd)}
     file = values["map_Kd"]
-    if not file.is_file():
+    if not os.path.isfile(file):
         raise ValueError(
             f"{path}: material '{name}' names {file.name}, which is missing; or pass albedo="
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -89,7 +90,7 @@ def ply_files(path: Path) -> list[Path]:
 
 def _there(path: Path, name: str) -> Path:
     file = path.parent / name
-    if not file.is_file():
+    if not os.path.isfile(file):
         raise ValueError(f"{path}: names the picture {name}, which is missing; or pass albedo=")
     return file
 

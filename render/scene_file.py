@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import tempfile
 from collections.abc import Iterator, Mapping
@@ -119,7 +120,7 @@ class SceneFile:
             props = node.props
             kept = [key for key in props.keys() if props.type(key) == mi.Properties.Type.String]  # noqa: SIM118
             named |= {str(props[key]) for key in kept}
-        found = {file for name in named if name and (file := self.find(name)).is_file()}
+        found = {file for name in named if name and os.path.isfile(file := self.find(name))}
         found |= {Path(str(file)) for file in self.state.files}  # included
         return [self.path, *sorted(found - {self.path})]
 

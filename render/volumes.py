@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import struct
 from pathlib import Path
 
@@ -19,7 +20,7 @@ def check_volume(file: Path) -> None:
     ValueError
         Naming the file.
     """
-    if not file.is_file():
+    if not os.path.isfile(file):
         raise ValueError(f"volume {file}: no such file")
     with open(file, "rb") as stream:
         head = stream.read(HEADER.size)

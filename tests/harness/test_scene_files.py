@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import re
 import struct
+import zlib
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -729,3 +730,34 @@ def test_an_exr_texture_loads_with_one_thread(write, tmp_path):
     finally:
         dr.set_thread_count(before)
     np.testing.assert_allclose(q.material.albedo, [[0.2, 0.4, 0.6]] * 4, rtol=1e-6)
+
+
+def test_a_serialized_mesh_holds_what_it_says(write, tmp_path, refuses):
+    """More faces than there are bytes, a stream that is cut off, and a mesh that is not there."""
+    corners = np.array([[0, 0, 0.5], [1, 0, 0.5], [0, 1, 0.5]], "<f4").tobytes()
+
+    def mesh(faces: int, cut: int = 0) -> bytes:
+        body = struct.pack("<I", 0x1000) + b"mesh\0" + struct.pack("<QQ", 3, faces)
+        packed = zlib.compress(body + corners + struct.pack("<3I", 0, 1, 2))
+        return (
+            struct.pack("<HH", 0x041C, 4) + packed[: len(packed) - cut] + struct.pack("<QI", 0, 1)
+        )
+
+    path = write(FLOOR, LAMP, shape("serialized", text("filename", "m.serialized"), DIFFUSE))
+    (tmp_path / "m.serialized").write_bytes(mesh(1))
+    assert len(render.load(path).scene.shapes()) == 2
+    for broken, said in (
+        (mesh(1 << 23), "holds 73 bytes of the 100663357 that it says it has"),
+        (mesh(1 << 60), "that it says it has"),
+        (mesh(1, cut=30), "is no serialized mesh, or is damaged"),
+        (b"", "is no serialized mesh, or is damaged"),
+    ):
+        (tmp_path / "m.serialized").write_bytes(broken)
+        with refuses(f"{path}: line ") as refused:
+            render.load(path)
+        assert said in str(refused.value)
+
+
+def test_a_name_that_no_file_could_have_is_no_file(write):
+    path = write(FLOOR, LAMP, integrator("path", text("note", "9" * 5000)))
+    assert render.files_of(path) == [path]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -90,10 +91,13 @@ def say(what: object, *outputs: Path | None) -> None:
     print(what, file=sys.stderr if mixed else sys.stdout)
 
 
+LONGEST = 80  # letters of a word that typer repeats
+
+
 def sentence(error: Exception) -> str | None:
     """What to say of an error on one line; None of one that is no user's doing."""
     if hasattr(error, "format_message"):  # typer's, of an option or a command
-        text = error.format_message()
+        text = re.sub(rf"(\S{{{LONGEST}}})\S+", r"\1...", error.format_message())
     elif isinstance(error, OSError) and error.strerror:
         text = f"{error.filename}: {error.strerror}" if error.filename else error.strerror
     elif isinstance(error, (ValueError, RuntimeError, OSError, ImportError, MemoryError)):
