@@ -293,9 +293,12 @@ class Localization:
             self.intensity_error,
             strict=True,
         ):
-            where = [f"{units.figure(a, self.unit)} ± {e:.1g}" for a, e in zip(p, dp, strict=True)]
+            where = [
+                f"{units.figure(_sure(a, e), self.unit)} ± {e:.1g}"
+                for a, e in zip(p, dp, strict=True)
+            ]
             bright = [
-                "unknown" if np.isnan(a) else f"{units.figure(a, self.unit)} ± {e:.1g}"
+                "unknown" if np.isnan(a) else f"{units.figure(_sure(a, e), self.unit)} ± {e:.1g}"
                 for a, e in zip(I, dI, strict=True)
             ]
             rows.append("  " + units.light(where, bright, self.unit, self.lights.intensity_unit))
@@ -304,6 +307,12 @@ class Localization:
             rows += [f"  {sentence}" for sentence in said]
         rows += [f"  {verdict.sentence}" for verdict in self.verdicts]
         return "\n".join(rows)
+
+
+def _sure(value: float, error: float) -> float:
+    """The value to one digit more than its error has."""
+    known = np.isfinite(error) and error > 0
+    return float(np.round(value, 1 - int(np.floor(np.log10(error))))) if known else float(value)
 
 
 def in_the_unit(found: Localization, q: Observations) -> Localization:
