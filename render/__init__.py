@@ -11,7 +11,8 @@ from render.observe import attach, observe, remeasure
 from render.picture import Picture, read_picture
 from render.pictured import observe_picture
 from render.pixels import observe_view
-from render.room import Room, SceneGeometry, load, relight, standard_scenes, triangles
+from render.room import Room, SceneGeometry, load, relight, standard_scenes
+from render.tessellation import triangles
 from render.view import View
 
 attach = alone(attach)

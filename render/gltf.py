@@ -297,7 +297,7 @@ def _frame(to_world: NDArray) -> Any:
 
 
 def _light(light: dict[str, Any], to_world: NDArray) -> dict[str, Any]:
-    """A light: candela stand for W/sr, and lux for W/m^2."""
+    """A light: candela where Mitsuba has W/sr, lux where it has W/m^2."""
     strength = np.array(light.get("color", [1, 1, 1]), float) * light.get("intensity", 1.0)
     kind = light["type"]
     if kind == "point":

@@ -18,14 +18,13 @@ from lightloc.files import regular
 from render.accepted import build
 from render.emitters import POINT, check_find, extinguish
 from render.geometry import SceneGeometry, lit
+from render.material import is_grey
 from render.mesh_scene import METRES, is_mesh, read_mesh
 from render.scene_file import SceneFile, text_of
 from render.surfaces import area_of, left_out
 from render.transport import bounds_of, diagonal_of
 from render.variant import use_mitsuba
 
-GREY = 1e-6  # channels that differ by less than this share are one channel
-TESSELLATION = 33  # nodes along u and v of a curved shape, for pictures
 NOT_FINITE = ("nan", "inf", "infinity")
 
 
@@ -139,7 +138,7 @@ def load(
     ----------
     path : str or Path
         An XML file, a mesh (``.ply``, ``.obj``, ``.glb`` or ``.gltf``), or the name of a standard
-        scene. A mesh's surfaces are two-sided; the lights of glTF are lights, candela for W/sr.
+        scene. A mesh's surfaces are two-sided; the lights of glTF are lights, in candela.
     find : "point" or sequence of str
         The lights to be found: all of the scene's own point emitters, or those with these ids. All
         other emitters are known light, which is rendered and subtracted.
@@ -265,63 +264,6 @@ def relight(room: Room, lights: PointLights) -> Room:
     return replace(room, scene=scene, lights=lights, geometry=SceneGeometry(scene, room.known))
 
 
-def triangles(room: Room) -> tuple[np.ndarray, np.ndarray]:
-    """Cut all surfaces into triangles, for pictures.
-
-    Meshes and rectangles stay as they are; other shapes are curved, and approximated. Instances
-    that are not expanded, and hairs, are left out: Mitsuba has no parameters over them.
-
-    Parameters
-    ----------
-    room : Room
-        The room.
-
-    Returns
-    -------
-    vertices : (v, 3) array
-        Positions, in the scene's unit of length.
-    faces : (f, 3) array of int
-        Indices of the vertices of each triangle.
-
-    Examples
-    --------
-    A box has six sides, each of two triangles:
-
-    >>> from render import load, triangles
-    >>> vertices, faces = triangles(load("box_one"))
-    >>> vertices.shape, faces.shape
-    ((24, 3), (12, 3))
-    """
-    vertices, faces, first = [np.zeros((0, 3))], [np.zeros((0, 3), int)], 0
-    for shape in room.scene.shapes():
-        mesh = shape if shape.is_mesh() else None
-        if mesh is None or "vertex_positions" not in mi.traverse(shape):
-            try:
-                v, t = _tessellated(shape)
-            except RuntimeError:  # not implemented
-                continue
-        else:
-            values = mi.traverse(mesh)
-            v = np.array(values["vertex_positions"]).reshape(-1, 3)
-            t = np.array(values["faces"]).reshape(-1, 3)
-        vertices.append(v)
-        faces.append(t + first)
-        first += len(v)
-    return np.concatenate(vertices), np.concatenate(faces)
-
-
-def _tessellated(shape: Any) -> tuple[np.ndarray, np.ndarray]:
-    """(v, 3) vertices and (f, 3) triangles over the (u, v) square of a shape that keeps none."""
-    n = 2 if "Rectangle" in shape.class_name() else TESSELLATION
-    u, v = np.meshgrid(np.linspace(0, 1, n), np.linspace(0, 1, n))
-    uv = mi.Point2f(np.stack([u.ravel(), v.ravel()]).clip(1e-4, 1 - 1e-4))
-    vertices = np.array(shape.eval_parameterization(uv).p).T
-    corner = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).ravel()
-    lower = np.stack([corner, corner + 1, corner + n], axis=1)
-    upper = np.stack([corner + 1, corner + n + 1, corner + n], axis=1)
-    return vertices, np.concatenate([lower, upper])
-
-
 def _lights(scene: Any, unit: str, intensity_unit: str) -> PointLights:
     if not scene.emitters():
         return PointLights(np.zeros((0, 3)), np.zeros((0, 1)), unit, intensity_unit)
@@ -335,5 +277,4 @@ def _lights(scene: Any, unit: str, intensity_unit: str) -> PointLights:
         raise ValueError("an intensity is no number; expected one of at least 0")
     lights = PointLights(np.array(positions), np.array(intensities), unit, intensity_unit)
     colours = lights.intensities
-    grey = np.ptp(colours, axis=1).max() <= GREY * colours.max()
-    return replace(lights, intensities=colours[:, :1]) if grey else lights
+    return replace(lights, intensities=colours[:, :1]) if is_grey(colours) else lights

@@ -38,7 +38,7 @@ class Assumption(Enum):
     ISOTROPIC = "each light shines alike in all directions"
     MATERIALS = "the BRDFs are as given"
     KNOWN_LIGHT = "the light of known emitters is as rendered, and was subtracted"
-    NO_AMBIENT = "no light comes from elsewhere"
+    NO_AMBIENT = "no unknown light comes from elsewhere"
     ERRORS = "the standard errors are as given"
 
 

@@ -60,7 +60,7 @@ def within(*arguments: Any, cwd: Path) -> Any:
         try:
             main()
         except SystemExit as ended:
-            code = ended.code
+            code = ended.code or 0
     return subprocess.CompletedProcess(arguments, code, out.getvalue(), err.getvalue())
 
 
@@ -552,3 +552,16 @@ def test_rendered_indirect_light(tmp_path):
     for arguments in steps:
         done = lightloc_command(*arguments, cwd=tmp_path)
         assert done.returncode == 0, (arguments, done.stdout, done.stderr)
+
+
+def test_known_light_is_said(tmp_path):
+    """What was subtracted of the observations, and what of the scene was not observed."""
+    spot = '<emitter type="spot"><rgb name="intensity" value="3"/></emitter>'
+    glass = '<shape type="sphere" id="ball"><point name="center" x="2" y="2" z="1"/>'
+    glass += '<float name="radius" value="0.3"/><bsdf type="dielectric"/></shape>'
+    (tmp_path / "room.xml").write_text(with_shape(glass + spot))
+    done = within("render", "room.xml", *SMALL, cwd=tmp_path)
+    assert done.stdout.splitlines()[1] == "not observed: shape 'ball' is glass"
+    done = within("localize", "seen.npz", "--scene", "room.xml", cwd=tmp_path)
+    assert done.returncode == 0
+    assert done.stdout.startswith("known light: 1 emitter(s), rendered and subtracted\n")

@@ -114,7 +114,7 @@ def localize_command(
 
     with Bar("searching") as bar:
         import render
-        from lightloc import localize
+        from lightloc import Assumption, localize
 
         hidden = find or "point"
         room = render.load(scene, find=hidden, unit=unit, **parameters(set_)) if scene else None
@@ -132,7 +132,13 @@ def localize_command(
             watch=lambda step: bar.say(f"{step.lights} lights, chi-square {step.chi2:.3g}"),
         )
         write_json(ready(out), found.to_dict())
-    say(f"{observations[0]}: {said}\n{found}" if said else found, out)
+    lines = [f"{observations[0]}: {said}"] if said else []
+    if room:
+        lines += room.notes
+        if Assumption.KNOWN_LIGHT in found.assumed:
+            count = len(room.known.emitters())
+            lines.append(f"known light: {count} emitter(s), rendered and subtracted")
+    say("\n".join([*lines, str(found)]), out)
 
 
 def point(text: str) -> list[float]:
