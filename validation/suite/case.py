@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 import render
-from lightloc import Localization, Observations, PointLights, Reason, localize, units
+from lightloc import Localization, Observations, PointLights, Reason, localize
 from render import Room
 from validation import records
 from validation.jobs import made, write_json
@@ -90,7 +90,7 @@ def run_case(case: Case, folder: Path, command: str) -> dict[str, Any]:
         ),
         diagonal=room.diagonal,
         unit=room.unit,
-        power=units.power(room.unit),
+        power=room.lights.power,
         lights=Lights(true=true_lights(room.lights), found=found_lights(found)),
         comparison=compared(comparison),
         rerender=again,
