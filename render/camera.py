@@ -128,10 +128,10 @@ def photograph(
                 borrow(steady, own, block, wanted, WEIGHTS) - steady.reshape(-1, 3)[block]
             )
     if room.known is not None:
-        there = dr.gather(mi.SurfaceInteraction3f, si, mi.UInt32(np.flatnonzero(hit)))
-        x, w = _numpy(there.p), _numpy(there.to_world(there.wi))
         more, sigma = np.zeros((2, pixels.count, 3))
-        more[hit], sigma[hit] = known_light(room.known, x, w, spp, seed, transport)
+        if hit.any():
+            x, w = _numpy(seen.p), _numpy(seen.to_world(seen.wi))
+            more[hit], sigma[hit] = known_light(room.known, x, w, spp, seed, transport)
         B, variance = B + layer(more), variance + sigma**2
         emitting, sky = _emitted(room, si)
         pure &= ~emitting

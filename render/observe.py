@@ -61,7 +61,8 @@ def observe(
     Raises
     ------
     ValueError
-        If an argument is out of range, a shape is unknown, or too few points can be seen.
+        If an argument is out of range, a shape is unknown, too few points can be seen, or light
+        falls on nothing but surfaces from behind, where they do not reflect.
 
     Examples
     --------

@@ -105,7 +105,8 @@ def read_readings(
     material : BRDF, optional
         The surface's, in place of an albedo.
     interreflected : bool
-        Whether luminance or radiance holds interreflected light that `localize` shall remove.
+        Whether the values hold interreflected light, as those of a room do. `localize` removes it;
+        from what a light meter reads with ``indirect`` alone.
     unit : str, optional
         The unit of length where the header has none: "m", "cm", "mm" or another.
 

@@ -211,3 +211,14 @@ def test_irradiance_is_what_lambert_reflects(write, kind):
     z = (B - share * E) / np.hypot(np.hypot(error, share * own), 1e-4 * B.mean())
     assert abs(z.mean()) < 4 / np.sqrt(len(q)) + 0.1
     assert 0.8 < z.std() < 1.2
+
+
+def test_a_camera_that_sees_the_sky_alone(write):
+    """No pixel shows a surface; the picture is the sky's."""
+    up = '<transform name="to_world"><lookat origin="2 1 3" target="2 1 9" up="0 1 0"/></transform>'
+    room = render.load(
+        write(OPEN, HIDDEN, OTHER["constant"], f'<sensor type="perspective">{up}</sensor>')
+    )
+    view = render.photograph(room, width=8, spp=4)
+    assert not view.used.any()
+    assert view.film == pytest.approx(0.3)
