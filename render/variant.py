@@ -26,10 +26,13 @@ def use_mitsuba() -> None:
 def two_threads() -> Iterator[None]:
     """Within it, Mitsuba reads and writes EXR files; one thread waits there for ever (3.9.1)."""
     before = dr.thread_count()
-    if before < 2:
-        dr.set_thread_count(2)
+    if before >= 2:
+        yield
+        return
+    dr.sync_thread()  # a kernel that still runs must not lose its threads
+    dr.set_thread_count(2)
     try:
         yield
     finally:
-        if before < 2:
-            dr.set_thread_count(before)
+        dr.sync_thread()
+        dr.set_thread_count(before)
