@@ -35,6 +35,7 @@ from lightloc.search import (
     Region,
     best_one,
     bordered,
+    by_law,
     climbed,
     concluded,
     emptied,
@@ -130,9 +131,11 @@ def localize(
     rest = remove_known(measured, geometry, seed=seed)
     seen = without_black(rest)
     if isinstance(o, Options) and seen.relative_sigma:
-        o = replace(o, noise="estimate")
+        o = replace(o, noise="scaled")
     if isinstance(o, Options) and seen.sigma is None:
-        seen, o = presumed(seen), replace(o, noise="estimate")
+        o = replace(o, noise="estimate")
+    if isinstance(o, Options) and o.noise == "estimate":
+        seen = presumed(seen)
     region = Region.of(observations, geometry, bounds)
     direct, way, columns = seen, Way.DIRECT, None
     if seen.interreflected:
@@ -160,13 +163,14 @@ def localize(
 
     def look(region: Region, glance: bool) -> Localization:
         ground = Ground.of(direct, geometry, region.bounds, o, seed)
+        criterion = Criterion.of(o, ground.gain)
         if glance:
             one = replace(o, most_lights=1)
-            return searched(direct, ground, one, Criterion.of(o), silent, rough=True)
+            return searched(direct, ground, one, criterion, silent, rough=True)
         if not seen.interreflected:
-            return searched(direct, ground, o, Criterion.of(o), watch)
+            return searched(direct, ground, o, criterion, watch)
         if columns is None:
-            return searched(direct, ground, o, Criterion.of(o).after_removal(), watch)
+            return searched(direct, ground, o, criterion.after_removal(), watch)
         return by_rounds(seen, direct, ground, o, columns, watch)
 
     with one_blas_thread():
@@ -227,18 +231,19 @@ def by_rounds(
     watch: Callable[[Step], None],
 ) -> Localization:
     """Search what footnote 1 leaves, then what rendered light leaves."""
-    removed = Criterion.of(o).after_removal()
+    criterion = Criterion.of(o, ground.gain)
+    removed = criterion.after_removal()
 
     def search(rest: Observations, start: PointLights | None) -> Localization:
         if start:
-            return searched(rest, ground, o, Criterion.of(o), watch, start)
+            return searched(rest, ground, o, criterion, watch, start)
         # whether the model is wrong shows only once indirect light is rendered
         found = searched(rest, ground, o, removed, watch, rough=True)
         # finding no light at this rough stage is no answer
         return found if len(found.lights) else searched(rest, ground, o, removed, watch)
 
     def certificate(problem: Problem, fit: Fit) -> float:
-        return ground.view(problem, o, Criterion.of(o)).certificate(problem, fit)[0]
+        return ground.view(problem, o, criterion).certificate(problem, fit)[0]
 
     return rounds(whole, direct, ground.whole, indirect, search, certificate, o, watch)
 
@@ -273,6 +278,8 @@ def searched(
     view = ground.view(whole, o, criterion, watch, enough=enough, rough=rough)
     ladder = Ladder.on(view)
     ladder = resumed(ladder, start) if start else climbed(ladder)
+    if criterion.likelihood.lawful:
+        ladder = by_law(ladder)
     if exact and len(ladder.best):
         ladder, whole = emptied(ladder, whole)
     if o.noise == "given" and not criterion.is_clean(view.tight, ladder.best):

@@ -22,7 +22,8 @@ class NoiseLaw(Enum):
     """
 
     GIVEN = "the standard errors as given"
-    ESTIMATED = "the standard errors as given, or those of shot noise, times an estimated factor"
+    SCALED = "the standard errors as given times an estimated factor"
+    ESTIMATED = "the variance is read^2 + shot B + (relative B)^2, estimated with the lights"
 
 
 class Assumption(Enum):
@@ -71,26 +72,37 @@ class Noise:
     scale_error : (c,) array
         Standard error of that factor; 0 where it was not estimated.
     outliers : (n, c) array of bool
-        Which residuals lie beyond `Options.outlier` standard errors, in magnitude.
+        Which residuals are rather outliers than noise: beyond about four standard errors.
+    share : float
+        The share of the observations that are outliers, 0 to 0.2, as estimated: some outliers look
+        like noise.
+    read, shot, relative : (c,) array
+        The law of the noise where it was estimated: B has the variance read^2 + shot B +
+        (relative B)^2, in units of B. NaN where it was not.
+    read_error, shot_error, relative_error : (c,) array
+        Their standard errors.
 
     Examples
     --------
     >>> import numpy as np
     >>> from lightloc import Noise, NoiseLaw
     >>> far = np.array([[False], [False], [True], [False]])
-    >>> Noise(NoiseLaw.ESTIMATED, scale=[1.2], scale_error=[0.1], outliers=far).share
-    0.25
+    >>> nan = [np.nan]
+    >>> Noise(NoiseLaw.SCALED, [1.2], [0.1], far, 0.2, nan, nan, nan, nan, nan, nan).scale
+    [1.2]
     """
 
     law: NoiseLaw
     scale: NDArray[np.float64]
     scale_error: NDArray[np.float64]
     outliers: NDArray[np.bool_] = field(repr=False)
-
-    @property
-    def share(self) -> float:
-        """The share of the residuals that are outliers, 0 to 1."""
-        return float(self.outliers.mean())
+    share: float
+    read: NDArray[np.float64]
+    shot: NDArray[np.float64]
+    relative: NDArray[np.float64]
+    read_error: NDArray[np.float64]
+    shot_error: NDArray[np.float64]
+    relative_error: NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

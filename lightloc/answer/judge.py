@@ -13,7 +13,7 @@ from lightloc.answer.basis import Assumption, Count, Noise, NoiseLaw
 from lightloc.answer.result import Localization, Reason, Step
 from lightloc.answer.verdicts import DECISIVE, Kind, Verdict, clusters, uncertain, unseen
 from lightloc.fields import intensity_distance
-from lightloc.fit import Bound, Fit, Problem, amounts, inseparable, working_sigma
+from lightloc.fit import Bound, Fit, Problem, amounts, inseparable, outside, working_sigma
 from lightloc.given import Observations, Options, PointLights
 
 SPREAD = 1.17
@@ -65,7 +65,7 @@ def localization(
     """
     lights = fit.lights
     top, _ = intensity_distance(
-        q.with_radiance(q.radiance, problem.sigma) if o.noise == "estimate" or q.step else q,
+        q.with_radiance(q.radiance, problem.sigma) if o.noise != "given" or q.step else q,
         lights.positions,
         problem.geometry,
         margin=MARGIN if o.noise == "given" else float(norm.isf(RARE / len(q))),
@@ -106,12 +106,21 @@ def localization(
 
 def noise_of(q: Observations, problem: Problem, fit: Fit, o: Options) -> Noise:
     """What was taken for noise: of the errors' common factor, where it was estimated, how large."""
-    outliers = np.abs(fit.residual) > o.outlier
-    one = np.ones(q.channels)
+    share, core = outside(fit.residual)
+    one, unknown = np.ones(q.channels), np.full((6, q.channels), np.nan)
     if o.noise == "given":
-        return Noise(NoiseLaw.GIVEN, one, 0 * one, outliers)
-    scale = np.median(problem.sigma / working_sigma(q, o), axis=0)
-    return Noise(NoiseLaw.ESTIMATED, scale, SPREAD * scale / np.sqrt(problem.rows), outliers)
+        return Noise(NoiseLaw.GIVEN, one, 0 * one, core < 0.5, share, *unknown)
+    if o.noise == "scaled":
+        scale = np.median(problem.sigma / working_sigma(q, o), axis=0)
+        error = SPREAD * scale / np.sqrt(problem.rows)
+        return Noise(NoiseLaw.SCALED, scale, error, core < 0.5, share, *unknown)
+    variance, error = fit.law.variance.T, fit.law.error.T
+    read, relative = np.sqrt(variance[[0, 2]])
+    known = np.where(np.isfinite(error[[0, 2]]), error[[0, 2]], 0)
+    half = np.sqrt(variance[[0, 2]] + known) - np.sqrt(variance[[0, 2]])
+    half = np.where(np.isfinite(error[[0, 2]]), half, np.inf)
+    law = (read, variance[1], relative, half[0], error[1], half[1])
+    return Noise(NoiseLaw.ESTIMATED, one, 0 * one, core < 0.5, share, *law)
 
 
 def untold(found: Localization) -> NDArray[np.bool_]:

@@ -23,6 +23,9 @@ ARRAYS = (
 )
 """Fields that are arrays."""
 
+LAW = ("read", "shot", "relative", "read_error", "shot_error", "relative_error")
+"""Fields of the noise's law, as yet unknown to the first files of this format."""
+
 
 def plain(found: Mapping[str, Any]) -> dict[str, Any]:
     """The answer without what it says of each observation, as JSON has it; None where unknown."""
@@ -54,6 +57,8 @@ def plain(found: Mapping[str, Any]) -> dict[str, Any]:
             "scale": known(found["noise"].scale),
             "scale_error": known(found["noise"].scale_error),
             "outliers": int(found["noise"].outliers.sum()),
+            "share": known(found["noise"].share),
+            **{name: known(getattr(found["noise"], name)) for name in LAW},
         },
         "counts": [
             {"lights": len(c.lights), "chi2": known(c.chi2), "likely": known(c.likely)}
@@ -145,6 +150,8 @@ def read(path: str | Path) -> dict[str, Any]:
             np.array(noise["scale"], float),
             np.array(noise["scale_error"], float),
             keys["outliers"],
+            noise.get("share", float(keys["outliers"].mean())),
+            **{name: np.array(noise.get(name, [None] * c), float) for name in LAW},
         ),
         "counts": tuple(
             Count(lights(f"counts.{i}."), c["chi2"], c["likely"]) for i, c in enumerate(counts)

@@ -26,6 +26,9 @@ Z95 = 1.96
 """Standard errors to either side that hold 95 % of a Gaussian."""
 
 
+SAME = 5.0
+"""Chi-square by which a mirror image may be worse and still look the same."""
+
 LIT = 0.1
 """Of the brightest radiance: what counts as lit in a sentence."""
 
@@ -208,7 +211,7 @@ def mirrored(
         moved = lights.positions.copy()
         moved[i] = image
         other = residuals(problem, PointLights(moved, lights.intensities))
-        if criterion.likelihood.cost(other, level) < cost + criterion.significant:
+        if criterion.likelihood.cost(other, level) < cost + SAME:
             where = ", ".join(f"{a:.4g}" for a in image)
             said = f"Light {i} may as well be at ({where}): all observations lie in one plane."
             verdicts.append(Verdict(Kind.MIRROR, (i,), said))

@@ -10,6 +10,8 @@ For other rooms, in pipeline order:
 - `level_of`: the standard deviation of residuals, outliers left out.
 - `estimated_level`: the same where sigma is only presumed.
 - `law_of`: sigma as a function of B, where it is one.
+- `Law`: how large the noise of B is, estimated.
+- `outside`: which residuals are outliers, and what share.
 - `cauchy`: Cauchy's loss, and the weight that it gives.
 - `robust`: the sum of that loss.
 - `Problem`: what is fitted: B, its errors, the geometry and the region.
@@ -53,6 +55,7 @@ from lightloc.fit.information import (
     jacobian,
     resolution,
 )
+from lightloc.fit.law import Law, outside
 from lightloc.fit.levenberg import (
     AT_HAND,
     FIRST_DAMPING,
@@ -94,6 +97,8 @@ __all__ = [
     "level_of",
     "estimated_level",
     "law_of",
+    "Law",
+    "outside",
     "cauchy",
     "robust",
     "Problem",

@@ -6,14 +6,17 @@ not know which likelihood that has.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lightloc.fit.errors import Errors
+from lightloc.fit.law import MOST_OUTLIERS, RATHER, outside
 from lightloc.fit.loss import cauchy, robust
 from lightloc.fit.noise import estimated_level, level_of
+from lightloc.fit.pattern import clustering, correlation
 from lightloc.fit.problem import Fit, Problem
 from lightloc.given import Options
 
@@ -29,6 +32,10 @@ out: once indirect light was removed, and where the model proves wrong."""
 ESTIMATED = 1.3
 """Chi-square per residual that noise is allowed where the errors are estimates themselves."""
 
+BY_CHANCE = 20.0
+"""Gain in chi-square that one search in a thousand finds where no light is, about: a search
+simulates it."""
+
 LUCK = 2.0
 """Standard deviations of chi-square above its mean at which a fit is looked at again."""
 
@@ -43,6 +50,8 @@ class Likelihood:
         Standard errors beyond which a residual counts less and less (Cauchy's loss).
     known
         Whether sigma is right; else it is right but for a factor.
+    lawful
+        Whether sigma follows a law of the model's B that is to be estimated.
     few
         Share of the residuals that may lie anywhere beyond ``scale``.
     typical
@@ -51,6 +60,7 @@ class Likelihood:
 
     scale: float = 5.0
     known: bool = True
+    lawful: bool = False
     few: float = FEW
     typical: float = 1.0
 
@@ -80,8 +90,8 @@ class Criterion:
     ----------
     likelihood
         Of the residuals.
-    significant
-        Least gain in chi-square per new parameter, in units of the noise.
+    gain
+        Least gain in chi-square that no noise leaves, in units of the noise.
     unlikely
         Standard deviations by which chi-square may exceed its mean and still be explained by noise.
     shared
@@ -89,45 +99,56 @@ class Criterion:
     """
 
     likelihood: Likelihood
-    significant: float
+    gain: float
     unlikely: float
     shared: float = 0.0
 
     @staticmethod
-    def of(o: Options) -> Criterion:
-        """The one that a user's options ask for."""
+    def of(o: Options, gain: float = BY_CHANCE) -> Criterion:
+        """The one that a user's options ask for; ``gain`` as `Criterion` has it."""
         known = o.noise == "given"
         typical = 1.0 if known else ESTIMATED
-        likelihood = Likelihood(scale=o.outlier, known=known, typical=typical)
-        return Criterion(likelihood, o.significant, o.unlikely)
+        likelihood = Likelihood(
+            scale=o.outlier, known=known, lawful=o.noise == "estimate", typical=typical
+        )
+        return Criterion(likelihood, gain, o.unlikely)
 
     def after_removal(self) -> Criterion:
         """The same for what is left once indirect light was removed."""
         estimated = replace(self.likelihood, typical=ESTIMATED)
         return replace(self.doubting(), likelihood=estimated)
 
+    def knowing(self) -> Criterion:
+        """The same where sigma follows the law that was found."""
+        return replace(self, likelihood=replace(self.likelihood, known=True))
+
     def doubting(self) -> Criterion:
         """The same where errors are shared by neighbours."""
         return replace(self, shared=max(self.shared, SHARED))
 
-    def level(self, fits: Iterable[Fit]) -> float:
-        """The least residuals of any fit, in standard errors, taken for noise; 1 where less."""
-        if self.likelihood.known:
-            return max(1.0, min(level_of(fit.residual) for fit in fits))
-        return min(estimated_level(fit.residual) for fit in fits)
+    def errors(self, fits: Sequence[Fit]) -> Errors:
+        """What the best of the fits leaves, taken for noise; no less than the standard errors say.
 
-    def best(self, fits: Iterable[Fit]) -> Fit:
+        Where these follow a law: that of the likeliest fit.
+        """
+        scale = self.likelihood.scale
+        if self.likelihood.lawful:
+            likeliest = min(fits, key=lambda fit: fit.law.cost + len(fit) * self.gain)
+            return Errors.of_law(likeliest, scale)
+        if self.likelihood.known:
+            return Errors(max(1.0, min(level_of(fit.residual) for fit in fits)), scale)
+        return Errors(min(estimated_level(fit.residual) for fit in fits), scale)
+
+    def best(self, fits: Sequence[Fit]) -> Fit:
         """The fit of least cost at the level of noise that the best leaves."""
-        fits = list(fits)
-        level = self.level(fits)
-        return min(fits, key=lambda fit: self.likelihood.cost(fit.residual, level))
+        errors = self.errors(fits)
+        return min(fits, key=lambda fit: errors.cost(fit.residual))
 
     def price(self, problem: Problem) -> float:
         """Chi-square that a further light must gain, in units of the noise."""
-        parameters = len(problem.axes) + problem.radiance.shape[1]
-        return max(self.significant * parameters, self.shared * problem.rows)
+        return max(self.gain, self.shared * problem.rows)
 
-    def is_worth(self, problem: Problem, fewer: Fit, more: Fit, level: float) -> bool:
+    def is_worth(self, problem: Problem, fewer: Fit, more: Fit, errors: Errors) -> bool:
         """Whether further lights gain what they must, and not on a handful of observations alone.
 
         A light can always explain as many observations as it has unknowns. Without those that
@@ -135,18 +156,16 @@ class Criterion:
         """
         lights = len(more) - len(fewer)
         price = lights * self.price(problem)
-        scale = self.likelihood.scale
-        before, after = (cauchy(fit.residual / level, scale)[0] for fit in (fewer, more))
-        gains = np.sort((before - after).ravel())
+        gains = np.sort((errors.loss(fewer.residual) - errors.loss(more.residual)).ravel())
         unknowns = lights * (len(problem.axes) + problem.radiance.shape[1])
         return gains.sum() > price and gains[: max(0, len(gains) - unknowns)].sum() > price / 2
 
-    def chosen(self, problem: Problem, fits: Iterable[Fit]) -> Fit:
+    def chosen(self, problem: Problem, fits: Sequence[Fit]) -> Fit:
         """The fit whose lights are each worth their parameters."""
         fits = sorted(fits, key=len)
-        level, best = self.level(fits), fits[0]
+        errors, best = self.errors(fits), fits[0]
         for fit in fits[1:]:
-            if self.is_worth(problem, best, fit, level):
+            if self.is_worth(problem, best, fit, errors):
                 best = fit
         return best
 
@@ -156,15 +175,26 @@ class Criterion:
         If the model and the errors are right: exp(-d / 2), with d the difference in chi-square at
         the level of noise that the best leaves, each light being charged what it must gain.
         """
-        level, price = self.level(fits), self.price(problem)
-        costs = [self.likelihood.cost(fit.residual, level) + len(fit) * price for fit in fits]
+        errors, price = self.errors(fits), self.price(problem)
+        costs = [errors.cost(fit.residual) + len(fit) * price for fit in fits]
         return [float(np.exp((min(costs) - cost) / 2)) for cost in costs]
 
     def is_explained(self, problem: Problem, fit: Fit) -> bool:
         """Whether the residual is no more than noise, but for the few that may lie anywhere."""
+        share, core = outside(fit.residual)
+        wild = np.asarray(core < RATHER)
+        if share >= MOST_OUTLIERS or self.is_outshone(problem, fit):
+            return False
         most = self.likelihood.typical + self.unlikely * np.sqrt(2 / problem.rows)
-        explained = self.likelihood.core(fit) < most * problem.rows
-        return bool(explained and not self.is_outshone(problem, fit))
+        if np.square(fit.residual)[~wild].sum() > most * problem.rows:
+            return False
+        pairs = problem.neighbours
+        if (
+            wild.mean() > self.likelihood.few
+            and clustering(np.asarray(wild.any(axis=1)), pairs) > self.unlikely
+        ):
+            return False
+        return bool(self.shared or correlation(fit.residual * ~wild, pairs) < self.unlikely)
 
     def is_clean(self, problem: Problem, fit: Fit) -> bool:
         """The same, with none left out: what is systematic does not hide among the few."""

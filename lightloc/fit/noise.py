@@ -72,7 +72,7 @@ def without_black(q: Observations) -> Observations:
 
 def working_sigma(q: Observations, o: Options) -> NDArray[np.float64]:
     """The observations' standard errors with the arithmetic's own on top: (n, c), above 0."""
-    if is_exact(q) and o.noise == "estimate":
+    if is_exact(q) and o.noise != "given":
         q = presumed(q)
     sigma = np.hypot(q.known_sigma, QUANTUM * q.step)
     mean = np.abs(q.radiance).mean() or 1.0  # all dark: any unit serves

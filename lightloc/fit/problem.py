@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear, nnls
 
+from lightloc.fit.law import Law, law_left
 from lightloc.fit.loss import robust
+from lightloc.fit.pattern import neighbours
 from lightloc.given import Geometry, Observations, PointLights
 from lightloc.optics import Surfels, radiance, shading, surfels
 
@@ -90,6 +92,12 @@ class Problem:
         return float(4.0 ** np.round(np.log2(self.size)))
 
     @cached_property
+    def neighbours(self) -> NDArray[np.intp]:
+        """(m, 2) pairs of observations that lie near each other and face the same way."""
+        s = self.surfels
+        return neighbours(*(np.array(v, np.float64).reshape(3, -1).T for v in (s.x, s.normal)))
+
+    @cached_property
     def nuisance(self) -> NDArray[np.float64] | None:
         """(c, n) the ambient term in standard errors, of unit length in each channel."""
         if self.ambient is None:
@@ -122,6 +130,20 @@ class Fit:
     lights: PointLights
     residual: NDArray[np.float64]  # (n, c), (B - model) / sigma
     cost: float
+    problem: Problem
+
+    @cached_property
+    def law(self) -> Law:
+        """The law of the noise that is left, if it is noise."""
+        left = self.residual * self.problem.sigma
+        model = self.problem.radiance - left
+        each = len(self.problem.axes) + self.lights.channels
+        return law_left(left, model, len(self) * each)
+
+    @property
+    def lawful(self) -> NDArray[np.float64]:
+        """(n, c) standard errors by that law."""
+        return self.law.sigma(self.problem.radiance - self.residual * self.problem.sigma)
 
     def __len__(self) -> int:
         return len(self.lights)
@@ -135,7 +157,7 @@ def no_lights(problem: Problem, scale: float) -> Fit:
 def fit_of(problem: Problem, lights: PointLights, scale: float) -> Fit:
     """The fit of lights as they are; ``scale`` is Cauchy's, standard errors."""
     z = residuals(problem, lights)
-    return Fit(lights, z, robust(z, scale))
+    return Fit(lights, z, robust(z, scale), problem)
 
 
 def residuals(problem: Problem, lights: PointLights) -> NDArray[np.float64]:

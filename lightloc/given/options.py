@@ -7,7 +7,7 @@ from typing import Literal, get_args
 
 from lightloc.checks import number
 
-NoiseGiven = Literal["given", "estimate"]
+NoiseGiven = Literal["given", "scaled", "estimate"]
 
 
 @dataclass(frozen=True)
@@ -22,10 +22,11 @@ class Options:
         Standard errors beyond which a residual counts less and less (Cauchy's loss); infinite for
         plain least squares. At 5, one part in a hundred of the efficiency is lost where the noise
         is Gaussian.
-    noise : {"given", "estimate"}
-        "given" takes the observations' sigma as right. "estimate" takes it as right but for a
-        factor, which is estimated; where sigma is 0, it is that of shot noise, the square root of B
-        but for a factor. Where sigma is None, it is always estimated.
+    noise : {"given", "scaled", "estimate"}
+        "given" takes the observations' sigma as right; "scaled" as right but for a factor, which is
+        estimated. "estimate" does not look at it: the variance is read^2 + shot B + (relative B)^2
+        at the model's B, and the three are estimated together with the lights. Where sigma is None,
+        that is always done, and it is as well where sigma is 0 and a factor was asked for.
     ambient : bool
         Whether a constant ambient term is fitted too (section 6.3).
     sample : int
@@ -35,8 +36,9 @@ class Options:
         2D.
     relative, absolute : float
         Standard errors of the arithmetic, as a share of B and as a share of the mean radiance.
-    significant : float
-        Least gain in chi-square per new parameter, in units of the noise.
+    false_alarm : float
+        Probability that a light is claimed which is not there, in the whole search: above 0 and
+        below 1. What chance gains is simulated in the room at hand.
     unlikely : float
         Standard deviations by which chi-square may exceed its mean and still be explained by noise.
     sure_position, sure_intensity : float
@@ -67,7 +69,7 @@ class Options:
     cells_2d: int = 2304  # 48 x 48
     relative: float = 1e-6  # float32 shading agrees with Mitsuba's to 2e-6 at worst (measured)
     absolute: float = 1e-7
-    significant: float = 5.0
+    false_alarm: float = 0.001
     unlikely: float = 5.0
     sure_position: float = 0.01
     sure_intensity: float = 0.05
@@ -75,12 +77,17 @@ class Options:
 
     def __post_init__(self) -> None:
         if self.noise not in get_args(NoiseGiven):
-            raise ValueError(f"Options.noise is {self.noise!r}; expected 'given' or 'estimate'")
+            raise ValueError(
+                f"Options.noise is {self.noise!r}; expected 'given', 'scaled' or 'estimate'"
+            )
         for name in ("most_lights", "sample", "cells", "cells_2d"):
             number(f"Options.{name}", getattr(self, name), 1, whole=True)
         for name in ("relative", "absolute"):
             number(f"Options.{name}", getattr(self, name))
-        for name in ("outlier", "significant", "unlikely", *SURE):
+        number("Options.false_alarm", self.false_alarm, above=True)
+        if self.false_alarm >= 1:
+            raise ValueError(f"Options.false_alarm is {self.false_alarm:g}; expected less than 1")
+        for name in ("outlier", "unlikely", *SURE):
             number(f"Options.{name}", getattr(self, name), above=True)
 
 

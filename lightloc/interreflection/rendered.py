@@ -36,6 +36,7 @@ from lightloc.fit import (
     estimated_level,
     inseparable,
     level_of,
+    outside,
     resolution,
     working_sigma,
 )
@@ -217,7 +218,7 @@ def whole(
         return found
     lights, split, _ = together(split, found.lights, problem)
     noise = found.noise
-    if o.noise == "estimate":
+    if o.noise != "given":
         split, level = scaled(split, lights, len(lights) * (len(problem.axes) + lights.channels))
         lights, split, _ = together(split, lights, problem)
         scale = np.full(lights.channels, level)
@@ -227,8 +228,8 @@ def whole(
     criterion, direct = Criterion.of(o), split.direct(lights.intensities)
     z, cost = split.residual(lights.intensities), split.cost(lights.intensities)
     k = len(lights)
-    fit = Fit(lights, z, cost)
     posed = replace(problem, radiance=direct.radiance, sigma=direct.known_sigma)
+    fit = Fit(lights, z, cost, posed)
     top, _ = intensity_distance(direct, lights.positions, problem.geometry, margin=MARGIN)
     level = max(1.0, level_of(z))
     verdicts = [verdict for verdict in found.verdicts if verdict.kind is not Kind.MIRROR]
@@ -247,7 +248,7 @@ def whole(
         sigma=direct.known_sigma,
         residual=z,
         chi2=cost / problem.rows,
-        noise=replace(noise, outliers=np.abs(z) > o.outlier),
+        noise=replace(noise, outliers=outside(z)[1] < 0.5, share=outside(z)[0]),
         counts=tuple(
             replace(one, lights=lights, chi2=cost / problem.rows) if len(one.lights) == k else one
             for one in found.counts

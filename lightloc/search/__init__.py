@@ -7,6 +7,7 @@ For other rooms, in pipeline order:
 - `Ladder`: the best fit of each count of lights so far.
 - `climbed`: adds lights, one by one.
 - `resumed`: continues from given lights.
+- `by_law`: searches on by the law of the noise that is left.
 - `emptied`: exchanges lights until exact data leave nothing.
 - `settled`: the final refinement on all observations.
 - `concluded`: the search's answer.
@@ -21,6 +22,7 @@ from lightloc.search.conclude import concluded
 from lightloc.search.exact import emptied
 from lightloc.search.ground import Ground
 from lightloc.search.ladder import Ladder
+from lightloc.search.lawful import by_law
 from lightloc.search.polish import sharpened
 from lightloc.search.region import Region, bordered, widened
 from lightloc.search.settle import settled
@@ -32,6 +34,7 @@ __all__ = [
     "Ladder",
     "climbed",
     "resumed",
+    "by_law",
     "emptied",
     "settled",
     "concluded",

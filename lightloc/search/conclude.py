@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from lightloc.answer import (
@@ -17,7 +19,7 @@ from lightloc.answer import (
     too_few,
     unexplained,
 )
-from lightloc.fit import Fit, Problem, errors_at, level_of, resolution
+from lightloc.fit import Fit, Problem, errors_at, level_of, resolution, robust
 from lightloc.given import Observations, Options, PointLights
 from lightloc.search.ladder import Ladder
 from lightloc.search.wide import Extended, extended
@@ -30,10 +32,10 @@ def concluded(
     view, count = ladder.view, len(fit)
     criterion = view.criterion
     wide = None if view.rough else extended(problem, fit, criterion, o.cluster)
-    left = Fit(wide.points, wide.fit.residual, wide.fit.cost) if wide else fit
+    left = replace(wide.fit, lights=wide.points) if wide else fit
     peak = np.nan if view.rough else view.certificate(problem, left)[0]
     if wide is None:
-        fit = Fit(fit.lights.brightest_first(), fit.residual, fit.cost)
+        fit = replace(fit, lights=fit.lights.brightest_first())
         width = np.zeros(len(fit))
         wide = Extended(fit, width, errors_at(problem, fit.lights), fit.lights)
     fit, lights = wide.fit, wide.fit.lights
@@ -79,8 +81,10 @@ def tried(ladder: Ladder, points: PointLights) -> tuple[Count, ...]:
     """
     problem, criterion = ladder.view.tight, ladder.view.criterion
     fits = [one for one in ladder.fits if ladder.most is None or len(one) <= ladder.most]
-    level = 1.0 if criterion.likelihood.known else criterion.level(fits)
-    chi2 = [criterion.likelihood.cost(one.residual, level) / problem.rows for one in fits]
+    errors = criterion.errors(fits)
+    level = 1.0 if criterion.likelihood.known else errors.level
+    scale = criterion.likelihood.scale
+    chi2 = [robust(one.residual / level, scale) / problem.rows for one in fits]
     lights = [points if len(one) == len(points) else one.lights for one in fits]
     likely = criterion.likely(problem, fits)
     return tuple(Count(*each) for each in zip(lights, chi2, likely, strict=True))

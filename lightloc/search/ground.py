@@ -13,6 +13,7 @@ from lightloc.fields import Grid
 from lightloc.fit import Criterion, Problem, is_exact, working_sigma
 from lightloc.given import Geometry, Observations, Options
 from lightloc.optics import reflected_ambient, surfels
+from lightloc.search.chance import gain_by_chance
 from lightloc.search.dictionary import Dictionary, atoms_at
 from lightloc.search.view import View
 
@@ -36,6 +37,8 @@ class Ground:
         S at the grid's positions.
     is_open
         Whether nothing comes between any of them and any position of the grid.
+    gain
+        What chance gains as rarely as a false alarm may be raised.
     """
 
     whole: Problem
@@ -43,6 +46,7 @@ class Ground:
     sampled: Problem
     dictionary: Dictionary
     is_open: bool
+    gain: float
 
     @staticmethod
     def of(
@@ -66,7 +70,8 @@ class Ground:
         cells = o.cells_2d if len(whole.axes) == 2 else o.cells
         dictionary = Dictionary.over(sampled, Grid.over(whole.bounds, cells))
         is_open = geometry is None or not occludes(sampled, dictionary)
-        return Ground(whole, some, sampled, dictionary, is_open)
+        gain = gain_by_chance(sampled, dictionary, o.false_alarm)
+        return Ground(whole, some, sampled, dictionary, is_open, gain)
 
     def view(
         self,

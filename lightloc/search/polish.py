@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,6 +18,7 @@ from lightloc.fit import (
     descend,
     fit_of,
     residuals,
+    robust,
 )
 from lightloc.search.moves import are_needed, without_one
 
@@ -38,7 +41,7 @@ HOPELESS = 4.0
 """Losses so many times as wide as the narrowest, that a descent did not halve: no outliers but
 lights that are missing."""
 
-TYPICAL = 0.95
+TYPICAL = 0.8
 """Share of the residuals that the loss takes as they are while lights are missing."""
 
 FRONT, NEAR_MISS = 3, 20.0
@@ -95,19 +98,20 @@ def pruned(problem: Problem, fit: Fit, criterion: Criterion) -> Fit:
 
     Only hypotheses that a quick look brings near are refined further.
     """
+    loss = criterion.likelihood.scale
     while len(fit) > 1:
-        level = criterion.level([fit])
-        loss, now = criterion.likelihood.scale * level, Descents.at(fit.lights)
-        if are_needed(problem, now, loss):
+        errors = criterion.errors([fit])
+        own, now = replace(problem, sigma=problem.sigma * errors.level), Descents.at(fit.lights)
+        if are_needed(own, now, loss):
             break
-        near = criterion.likelihood.cost(fit.residual, level) + NEAR_MISS * criterion.price(problem)
-        tried = polished(problem, without_one(problem, now, loss), loss, QUICK)
+        near = robust(fit.residual / errors.level, loss) + NEAR_MISS * criterion.price(problem)
+        tried = polished(own, without_one(own, now, loss), loss, QUICK)
         best = np.argsort(tried.chi2, kind="stable")[:FRONT]
-        some = tried.rows(best[tried.chi2[best] < near * level**2])
+        some = tried.rows(best[tried.chi2[best] < near])
         if not len(some):
             break
-        fewer = criterion.best(sharpened(problem, one, criterion) for one in some.each())
-        if criterion.is_worth(problem, fewer, fit, level):
+        fewer = criterion.best([sharpened(problem, one, criterion) for one in some.each()])
+        if criterion.is_worth(problem, fewer, fit, errors):
             break
         fit = fewer
     return fit

@@ -18,6 +18,7 @@ from lightloc.fit import (
     no_lights,
 )
 from lightloc.search.ladder import Ladder
+from lightloc.search.lawful import posed_by
 from lightloc.search.polish import pruned, sharpened
 
 REWEIGHTED = 2
@@ -33,9 +34,13 @@ def settled(whole: Problem, ladder: Ladder) -> tuple[Fit, Problem]:
     view, fit = ladder.view, ladder.best
     criterion = view.criterion
     if not len(fit):
-        whole = whole if criterion.likelihood.known else in_the_dark(whole)
+        known = criterion.likelihood.known and not criterion.likelihood.lawful
+        whole = whole if known else in_the_dark(whole)
         return no_lights(whole, criterion.likelihood.scale), whole
-    law = law_of(whole.radiance, whole.sigma)
+    lawful = criterion.likelihood.lawful
+    law = None if lawful else law_of(whole.radiance, whole.sigma)
+    if lawful:
+        whole = posed_by(fit, whole)
     if view.rough:
         return sharpened(whole, Descents.at(fit.lights), criterion), whole
     if whole.rows > view.tight.rows:
@@ -46,6 +51,11 @@ def settled(whole: Problem, ladder: Ladder) -> tuple[Fit, Problem]:
             fit = completed(whole, fit, ladder)
     else:
         fit = pruned(whole, sharpened(whole, Descents.at(fit.lights), criterion), criterion)
+    if lawful:
+        for _ in range(REWEIGHTED):
+            whole = replace(whole, sigma=fit.lawful)
+            fit = sharpened(whole, Descents.at(fit.lights), criterion)
+        return fit, whole
     if criterion.likelihood.known:
         for _ in range(REWEIGHTED):
             if law is None:
@@ -79,7 +89,7 @@ def completed(whole: Problem, fit: Fit, ladder: Ladder) -> Fit:
         places = np.concatenate([fit.lights.positions, where[None]])
         start = Descents.of(places[None], intensities(whole, places)[None])
         more = sharpened(whole, start, criterion)
-        if not criterion.is_worth(whole, fit, more, criterion.level([more])):
+        if not criterion.is_worth(whole, fit, more, criterion.errors([more])):
             return fit
         fit = more
     return fit

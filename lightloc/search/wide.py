@@ -10,7 +10,7 @@ of its intensity; h_a is column a of a triangular matrix T, so that C = T T^T / 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -78,7 +78,7 @@ class Extended:
             self.errors.intensity[order],
             self.errors.covariance[np.ix_(rows, rows)],
         )
-        fit = Fit(lights.brightest_first(), self.fit.residual, self.fit.cost)
+        fit = replace(self.fit, lights=lights.brightest_first())
         return Extended(fit, self.width[order], errors, self.points)
 
 
@@ -168,12 +168,11 @@ def extended(problem: Problem, fit: Fit, criterion: Criterion, widest: float) ->
     chi-square than a further light would have to gain.
     """
     best, groups = None, [[i] for i in range(len(fit))]
-    level, price = criterion.level([fit]), criterion.price(problem)
-    cost = criterion.likelihood.cost
+    errors, price = criterion.errors([fit]), criterion.price(problem)
     for close in gathered(problem, fit.lights, widest):
         tried = [group for group in groups if group[0] not in close] + [close]
         wide = joined(problem, fit.lights, sorted(tried, key=len), criterion.likelihood)
-        lost = cost(wide.fit.residual, level) - cost(fit.residual, level)
+        lost = errors.cost(wide.fit.residual) - errors.cost(fit.residual)
         if lost < price and wide.width.max() < widest * problem.size:
             best, groups = wide, tried
     return best.brightest_first() if best else None
@@ -215,7 +214,7 @@ def joined(
     J = jacobian(problem, points) @ unknowns.linear
     spread = covariance_of(J.reshape(-1, J.shape[2]))[: unknowns.of_points, : unknowns.of_points]
     return Extended(
-        Fit(unknowns.centroids(x), z, likelihood.cost(z)),
+        Fit(unknowns.centroids(x), z, likelihood.cost(z), problem),
         unknowns.width(x),
         Bound.of(spread, problem.axes, len(groups), lights.channels),
         points,

@@ -33,7 +33,7 @@ def rung(view: View, count: int, left: float) -> Fit:
     """A fit of so many lights that leaves so many squares a residual."""
     z = np.sqrt(left) * np.random.default_rng(0).normal(size=view.tight.radiance.shape)
     lights = PointLights(np.full((count, 3), 0.5), np.ones((count, 1)))
-    return Fit(lights, z, float(np.square(z).sum()))
+    return Fit(lights, z, float(np.square(z).sum()), view.tight)
 
 
 def ladder(view: View, left: dict[int, float]) -> Ladder:

@@ -84,7 +84,7 @@ def test_sigma_is_estimated():
     assert len(found.lights) == 3
     ratio = np.median(found.sigma / q.sigma)
     assert ratio == pytest.approx(1, rel=5 / np.sqrt(2 * 400) + 0.1)  # the law of sigma is a guess
-    ten = localize(q.with_radiance(q.radiance, 10 * q.sigma), options=Options(noise="estimate"))
+    ten = localize(q.with_radiance(q.radiance, 10 * q.sigma), options=Options(noise="scaled"))
     told = localize(q)
     np.testing.assert_allclose(ten.lights.positions, told.lights.positions, atol=0.01)
     np.testing.assert_allclose(np.median(ten.sigma / q.sigma), 1, rtol=0.2)

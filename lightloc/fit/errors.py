@@ -1,0 +1,61 @@
+"""By which errors fits are compared: of one size, or by a law, and with outliers among them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lightloc.fit.law import MOST_OUTLIERS
+from lightloc.fit.loss import cauchy
+from lightloc.fit.problem import Fit
+
+AT_LEAST = 4.0
+"""Outliers that are always thought possible, so that none is taken for a light."""
+
+
+@dataclass(frozen=True, eq=False)
+class Errors:
+    """What residuals are measured by.
+
+    Parameters
+    ----------
+    level : float or (n, c) array
+        Standard errors, as a multiple of those that the residuals are in.
+    scale
+        Beyond so many of them a residual counts less and less (Cauchy's loss), unless the next two
+        say what outliers are like.
+    share : (c,) array, optional
+        Of the observations that are outliers.
+    wide : (n, c) array, optional
+        Variance of these, in standard errors.
+    """
+
+    level: float | NDArray[np.float64]
+    scale: float
+    share: NDArray[np.float64] | None = None
+    wide: NDArray[np.float64] | None = None
+
+    @staticmethod
+    def of_law(fit: Fit, scale: float) -> Errors:
+        """The law of what a fit leaves."""
+        sigma = fit.lawful
+        least = min(AT_LEAST / len(sigma), MOST_OUTLIERS)
+        share = np.maximum(fit.law.share, least)
+        return Errors(
+            sigma / fit.problem.sigma, scale, share, 1 + np.square(fit.law.spread / sigma)
+        )
+
+    def loss(self, residual: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(n, c) how unlikely each is: z^2 near zero, far less far off."""
+        z = residual / self.level
+        if self.share is None or self.wide is None:
+            return cauchy(z, self.scale)[0]
+        noise = np.log1p(-self.share) - np.square(z) / 2
+        far = np.log(self.share) - np.log(self.wide) / 2 - np.square(z) / self.wide / 2
+        return np.asarray(-2 * np.logaddexp(noise, far))
+
+    def cost(self, residual: NDArray[np.float64]) -> float:
+        """The sum of that."""
+        return float(self.loss(residual).sum())
