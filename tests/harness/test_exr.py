@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from dataclasses import fields
 
+import drjit as dr
+import mitsuba as mi
 import numpy as np
 import OpenImageIO as oiio
 import pytest
 
 from render import View, read_exr, write_exr
 from render.exr import CHANNELS
+from render.variant import two_threads, use_mitsuba
 
 HEIGHT, WIDTH = 5, 7
 NAMES = [name for channels in CHANNELS.values() for name in channels]
@@ -283,3 +286,25 @@ def test_a_camera_that_was_moved_is_noticed(parts, written, refuses):
     rewrite(written, attributes={"crc32": checksum, "camera": (camera[0] + 1e-3, *camera[1:])})
     with refuses(f"{written}: is damaged"):
         read_exr(written)
+
+
+def test_what_was_recorded_is_computed_before_threads_change():
+    """A sum that one thread was to compute is right where two threads may read a file meanwhile.
+
+    Dr.Jit gives each thread its own copy of what is summed up, as many as there are when it is
+    recorded; computed by more of them, a third of these sums came out too small.
+    """
+    use_mitsuba()
+    n, bins = 1 << 18, 1000
+    before = dr.thread_count()
+    dr.set_thread_count(1)
+    try:
+        for _ in range(8):
+            total = dr.zeros(mi.Float, bins) + 0
+            dr.eval(total)
+            dr.scatter_add(total, mi.Float(1), dr.arange(mi.UInt32, n) % bins)
+            with two_threads():
+                got = np.array(total)
+            np.testing.assert_array_equal(got, np.bincount(np.arange(n) % bins))
+    finally:
+        dr.set_thread_count(before)
