@@ -8,10 +8,12 @@ from lightloc.answer import (
     Localization,
     Noise,
     NoiseLaw,
+    Outliers,
     Reason,
     Step,
     Verdict,
     Way,
+    Where,
 )
 from lightloc.brdf import BRDF, Conductor, FromNumPy, Irradiance, Lambert, Mixed, Plastic, Sum
 from lightloc.fields import Grid, intensity, intensity_distance
@@ -19,6 +21,7 @@ from lightloc.fit import Bound, cramer_rao
 from lightloc.given import (
     Geometry,
     Interreflecting,
+    Limits,
     Observations,
     Options,
     OtherwiseLit,
@@ -75,6 +78,9 @@ __all__ = [  # in pipeline order
     "Kind",
     "Noise",
     "NoiseLaw",
+    "Limits",
+    "Outliers",
+    "Where",
     "Count",
     "Assumption",
     "Way",

@@ -6,8 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Literal
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from lightloc.answer import (
     Assumption,
@@ -16,11 +15,20 @@ from lightloc.answer import (
     Way,
     among,
     in_the_unit,
+    outliers_of,
     with_unknowns,
 )
 from lightloc.backend import one_blas_thread
 from lightloc.fit import Criterion, Fit, Problem, is_exact, presumed, without_black, working_sigma
-from lightloc.given import Geometry, Observations, Options, PointLights, remove_known
+from lightloc.given import (
+    Geometry,
+    Limits,
+    Observations,
+    Options,
+    PointLights,
+    limits_of,
+    remove_known,
+)
 from lightloc.interreflection import (
     Indirect,
     less_background,
@@ -127,7 +135,8 @@ def localize(
     ([[0.5, -0.3, 1.2]], 'CONVERGED')
     """
     o = settings(method, options, surface, indirect)
-    measured, used = looked_at(observations, geometry)
+    measured, limits = looked_at(observations, geometry, o, gathers=indirect is None)
+    used = ~limits.left_out
     rest = remove_known(measured, geometry, seed=seed)
     seen = without_black(rest)
     if isinstance(o, Options) and seen.relative_sigma:
@@ -152,8 +161,10 @@ def localize(
 
     def answered(found: Localization) -> Localization:
         known = () if rest is measured else (Assumption.KNOWN_LIGHT,)
+        where = outliers_of(seen, found.noise.outliers, found.lights, geometry)
+        found = replace(found, outlying=where)
         told = in_the_unit(among(with_unknowns(found), used), observations)
-        return replace(told, way=way, assumed=(*told.assumed, *known))
+        return replace(told, way=way, limits=limits, assumed=(*told.assumed, *known))
 
     if isinstance(o, Paper):
         if surface is not None and not used.all():
@@ -199,9 +210,13 @@ def settings(
 
 
 def looked_at(
-    observations: Observations, geometry: Geometry | None
-) -> tuple[Observations, NDArray[np.bool_]]:
-    """The observations that are not saturated, and which those are: (n,)."""
+    observations: Observations, geometry: Geometry | None, o: Options | Paper, gathers: bool
+) -> tuple[Observations, Limits]:
+    """The observations that the sensor could tell, and which it could not.
+
+    Where nobody knows the noise, their values are asked too; but not where footnote 1 gathers from
+    all of them.
+    """
     if not isinstance(observations, Observations):
         raise ValueError(f"observations are a {type(observations).__name__}; not Observations")
     if geometry is not None and not isinstance(geometry, Geometry):
@@ -209,10 +224,18 @@ def looked_at(
             f"geometry is a {type(geometry).__name__}; expected one with the functions visible and "
             "intersect, such as render.load(...).geometry"
         )
-    used = ~observations.saturated
+    unknown = observations.sigma is None or observations.relative_sigma
+    look = isinstance(o, Options) and (unknown or o.noise != "given")
+    limits = limits_of(observations, look and not (observations.interreflected and gathers))
+    used = ~limits.left_out
     if not used.any():
-        raise ValueError("all observations are saturated; expected at least one that is not")
-    return observations if used.all() else observations.at(used), used
+        raise ValueError(
+            "all observations are saturated or at the sensor's floor; expected at least one that "
+            "is not"
+        )
+    if limits.step != observations.step:
+        observations = replace(observations, step=limits.step)
+    return observations if used.all() else observations.at(used), limits
 
 
 def without_indirect(q: Observations, geometry: Geometry | None, seed: int) -> Observations:

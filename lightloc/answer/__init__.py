@@ -16,6 +16,9 @@ For other rooms, in pipeline order:
 - `hidden`: a part of the region that nothing observed sees.
 - `spread_out`: lights that have a width.
 - `unexplained`: what is left is more than noise.
+- `Where`: a sort of places in which outliers lie.
+- `Outliers`: those of one sort.
+- `outliers_of`: where they lie.
 - `Localization`: the whole answer.
 - `among`: an answer over all observations, some of which were left out.
 - `in_the_unit`: an answer whose lights say their unit of length.
@@ -28,6 +31,7 @@ For other rooms, in pipeline order:
 
 from lightloc.answer.basis import Assumption, Count, Noise, NoiseLaw, Way
 from lightloc.answer.judge import MARGIN, at_border, judged, localization, with_unknowns
+from lightloc.answer.outliers import Outliers, Where, outliers_of
 from lightloc.answer.result import Localization, Reason, Step, among, in_the_unit
 from lightloc.answer.verdicts import (
     Kind,
@@ -54,6 +58,9 @@ __all__ = [
     "hidden",
     "spread_out",
     "unexplained",
+    "Where",
+    "Outliers",
+    "outliers_of",
     "Localization",
     "among",
     "in_the_unit",

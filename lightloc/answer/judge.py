@@ -14,7 +14,7 @@ from lightloc.answer.result import Localization, Reason, Step
 from lightloc.answer.verdicts import DECISIVE, Kind, Verdict, clusters, uncertain, unseen
 from lightloc.fields import intensity_distance
 from lightloc.fit import Bound, Fit, Problem, amounts, inseparable, outside, working_sigma
-from lightloc.given import Observations, Options, PointLights
+from lightloc.given import Limits, Observations, Options, PointLights
 
 SPREAD = 1.17
 """Standard error of a standard deviation that is estimated by the median, times sqrt(n) over it."""
@@ -70,7 +70,7 @@ def localization(
         problem.geometry,
         margin=MARGIN if o.noise == "given" else float(norm.isf(RARE / len(q))),
     )
-    ambient = np.zeros(q.channels)
+    ambient, nothing = np.zeros(q.channels), np.zeros(len(q), bool)
     if problem.ambient is not None:
         lit = lights if points is None else points
         ambient = amounts(problem, lit.positions)[len(lit)]
@@ -99,6 +99,7 @@ def localization(
         reason=reason,
         history=tuple(history),
         noise=noise_of(q, problem, fit, o),
+        limits=Limits(nothing, nothing),
         counts=counts,
         assumed=tuple(assumption for assumption, holds in assumed.items() if holds),
     )

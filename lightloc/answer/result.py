@@ -12,10 +12,12 @@ from numpy.typing import NDArray
 
 from lightloc import units
 from lightloc.answer.basis import Assumption, Count, Noise, Way
+from lightloc.answer.noise_said import noise_said
+from lightloc.answer.outliers import Outliers, outliers_said
 from lightloc.answer.stored import plain, read, write
 from lightloc.answer.verdicts import Verdict
 from lightloc.checks import printable
-from lightloc.given import Observations, PointLights
+from lightloc.given import Limits, Observations, PointLights
 
 
 class Reason(Enum):
@@ -126,6 +128,10 @@ class Localization:
         residual (of "paper", the mean squared error of B), and the ``turn`` of what goes in rounds.
     noise : Noise
         What was taken for noise.
+    limits : Limits
+        What was left out because the sensor could not tell it.
+    outlying : tuple of Outliers
+        Where the outliers lie, of lights that were found.
     counts : tuple of Count
         The best lights of each number that was tried, and how likely that number is.
     relative : bool
@@ -169,6 +175,8 @@ class Localization:
     reason: Reason
     history: tuple[Step, ...]
     noise: Noise
+    limits: Limits
+    outlying: tuple[Outliers, ...] = ()
     counts: tuple[Count, ...] = ()
     relative: bool = False
     assumed: tuple[Assumption, ...] = ()
@@ -189,6 +197,16 @@ class Localization:
         """The number of residuals that lie beyond `Options.outlier` standard errors."""
         return int(self.noise.outliers.sum())
 
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What it says of the observations, a sentence each: noise, outliers, what was left out."""
+        said = (
+            noise_said(self.noise, self.direct, self.sigma),
+            outliers_said(self.outlying, int(np.isfinite(self.residual).all(axis=1).sum())),
+            str(self.limits),
+        )
+        return tuple(sentence for sentence in said if sentence)
+
     def to_dict(self) -> dict[str, Any]:
         """Put the answer, but for what it says of each observation, into values that JSON has.
 
@@ -197,8 +215,9 @@ class Localization:
         dict
             ``format``, ``unit``, ``intensity_unit``, ``lights`` (a dict each; `PointLights.load`
             reads them from a file), ``reason``, ``verdicts``, ``chi2``, ``certificate``,
-            ``ambient``, ``noise``, ``counts``, ``relative``, ``assumed`` and ``way``. Members of
-            enumerations go by their names. None stands for a number that is infinite or NaN.
+            ``ambient``, ``noise``, ``limits``, ``outlying``, ``counts``, ``relative``, ``assumed``
+            and ``way``. Members of enumerations go by their names. None stands for a number that is
+            infinite or NaN.
 
         Examples
         --------
@@ -306,6 +325,7 @@ class Localization:
             said = units.explained(self.unit, self.lights.intensity_unit)
             rows += [f"  {sentence}" for sentence in said]
         rows += [f"  {verdict.sentence}" for verdict in self.verdicts]
+        rows += [f"  {sentence}" for sentence in self.remarks]
         return "\n".join(rows)
 
 
@@ -344,4 +364,8 @@ def among(found: Localization, used: NDArray[np.bool_]) -> Localization:
         direct=spread(found.direct, np.nan),
         sigma=spread(found.sigma, np.nan),
         noise=replace(found.noise, outliers=spread(found.noise.outliers, False)),
+        outlying=tuple(
+            replace(group, observations=np.flatnonzero(used)[group.observations])
+            for group in found.outlying
+        ),
     )

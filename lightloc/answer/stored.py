@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 
 from lightloc.answer.basis import Assumption, Count, Noise, NoiseLaw, Way
+from lightloc.answer.outliers import Outliers, Where
 from lightloc.answer.verdicts import Kind, Verdict
 from lightloc.files import archive, whole
-from lightloc.given import PointLights
+from lightloc.given import Limits, PointLights
 
 FORMAT = "lightloc-localization-1"
 
@@ -60,6 +61,19 @@ def plain(found: Mapping[str, Any]) -> dict[str, Any]:
             "share": known(found["noise"].share),
             **{name: known(getattr(found["noise"], name)) for name in LAW},
         },
+        "limits": {
+            "clipped": int(found["limits"].clipped.sum()),
+            "floored": int(found["limits"].floored.sum()),
+            "step": found["limits"].step,
+        },
+        "outlying": [
+            {
+                "where": group.where.name,
+                "surface": group.surface,
+                "observations": len(group.observations),
+            }
+            for group in found["outlying"]
+        ],
         "counts": [
             {"lights": len(c.lights), "chi2": known(c.chi2), "likely": known(c.likely)}
             for c in found["counts"]
@@ -96,6 +110,9 @@ def write(found: Mapping[str, Any], path: str | Path) -> None:
     keys: dict[str, Any] = {"format": np.array(FORMAT), "answer": np.array(json.dumps(answer))}
     keys |= {name: found[name] for name in ARRAYS}
     keys |= {"outliers": found["noise"].outliers}
+    keys |= {"clipped": found["limits"].clipped, "floored": found["limits"].floored}
+    for i, group in enumerate(found["outlying"]):
+        keys[f"outlying.{i}"] = group.observations
     sets = {"": found["lights"]} | {f"counts.{i}.": c.lights for i, c in enumerate(found["counts"])}
     for prefix, lights in sets.items():
         keys[f"{prefix}positions"] = lights.positions
@@ -129,6 +146,7 @@ def read(path: str | Path) -> dict[str, Any]:
         **dict.fromkeys(("intensity_error", "bound"), (k, c)),
         **dict.fromkeys(("direct", "sigma", "outliers"), shape),
         "position_error": (k, 3),
+        **dict.fromkeys(("clipped", "floored"), shape[:1]),
         "ambient": shape[1:],
     }.items():
         if keys[name].shape != want:
@@ -152,6 +170,11 @@ def read(path: str | Path) -> dict[str, Any]:
             keys["outliers"],
             noise.get("share", float(keys["outliers"].mean())),
             **{name: np.array(noise.get(name, [None] * c), float) for name in LAW},
+        ),
+        "limits": Limits(keys["clipped"], keys["floored"], float(answer["limits"]["step"])),
+        "outlying": tuple(
+            Outliers(Where[group["where"]], keys[f"outlying.{i}"], group["surface"])
+            for i, group in enumerate(answer["outlying"])
         ),
         "counts": tuple(
             Count(lights(f"counts.{i}."), c["chi2"], c["likely"]) for i, c in enumerate(counts)

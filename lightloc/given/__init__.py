@@ -4,6 +4,8 @@ For other rooms, in pipeline order:
 
 - `PointLights`: positions and radiant intensities; what is given as truth, and what is found.
 - `Observations`: the set Q of section 3.1 with its radiance B(q) and standard errors.
+- `Limits`: what a sensor's range and its steps hide of them.
+- `limits_of`: that, as it is said or as the values tell it.
 - `read_readings`: a light meter's or luminance meter's readings from a CSV file.
 - `Geometry`: what occludes, as a value with two functions over Dr.Jit arrays.
 - `Interreflecting`: one that can render the light between its surfaces too.
@@ -17,6 +19,7 @@ For other rooms, in pipeline order:
 from lightloc.given.geometry import RAY_OFFSET, Geometry, Interreflecting, OtherwiseLit, reach
 from lightloc.given.known import remove_known
 from lightloc.given.lights import PointLights
+from lightloc.given.limits import Limits, limits_of
 from lightloc.given.observations import Observations
 from lightloc.given.options import Options
 from lightloc.given.readings import read_readings
@@ -24,6 +27,8 @@ from lightloc.given.readings import read_readings
 __all__ = [
     "PointLights",
     "Observations",
+    "Limits",
+    "limits_of",
     "read_readings",
     "Geometry",
     "Interreflecting",

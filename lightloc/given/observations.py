@@ -68,6 +68,10 @@ class Observations:
     step : float
         Spacing of the values of ``radiance``, W sr^-1 m^-2, where they are quantized; 0 where they
         are not. `localize` adds the error of the rounding to ``sigma``.
+    floor : float, optional
+        Least radiance that the sensor tells from none; `localize` leaves out what is not above it
+        in some channel. 0 where values of 0 are what they say. Where None, and sigma is unknown,
+        the values themselves tell.
     unit : str
         The unit of length, a word for prints and files: no result depends on it.
     relative_sigma : bool
@@ -80,10 +84,10 @@ class Observations:
     Raises
     ------
     ValueError
-        If there is no observation at all, a shape does not fit, a value is not finite, ``sigma`` or
-        ``step`` is negative, a radiance is negative and exact, a vector has length zero, a region
-        has no name, directions are missing, ``material`` is no BRDF or has other points or more
-        channels, or a unit is no word.
+        If there is no observation at all, a shape does not fit, a value is not finite, ``sigma``,
+        ``step`` or ``floor`` is negative, a radiance is negative and exact, a vector has length
+        zero, a region has no name, directions are missing, ``material`` is no BRDF or has other
+        points or more channels, or a unit is no word.
 
     Notes
     -----
@@ -112,6 +116,7 @@ class Observations:
     region_names: tuple[str, ...]
     saturated: NDArray[np.bool_]
     step: float
+    floor: float | None
     unit: str
     relative_sigma: bool
     intensity_unit: str
@@ -131,6 +136,7 @@ class Observations:
         region_names: Sequence[str] = ("",),
         saturated: ArrayLike | None = None,
         step: float = 0.0,
+        floor: float | None = None,
         unit: str = "m",
         relative_sigma: bool = False,
         intensity_unit: str = "",
@@ -178,6 +184,9 @@ class Observations:
         clipped.setflags(write=False)
         put(self, "saturated", clipped)
         put(self, "step", float(array("Observations.step", step, (), least=0.0)))
+        if floor is not None:
+            floor = float(array("Observations.floor", floor, (), least=0.0))
+        put(self, "floor", floor)
         put(self, "unit", unit_word("Observations.unit", unit))
         if not isinstance(relative_sigma, bool | np.bool_):
             raise ValueError(f"Observations.relative_sigma is {relative_sigma!r}; expected a bool")
@@ -318,7 +327,7 @@ class Observations:
         - ``material``, the name of its type, and each parameter as ``material.NAME``; of a
           `Mixed`, ``material.index``, and of that and a `Sum` the parts as ``material.0``,
           ``material.1`` and so on;
-        - ``facets``, ``regions``, ``region_names``, ``saturated``, ``step``, ``unit``,
+        - ``facets``, ``regions``, ``region_names``, ``saturated``, ``step``, ``floor``, ``unit``,
           ``relative_sigma`` and ``intensity_unit``, which a file need not have.
 
         Examples
@@ -333,7 +342,8 @@ class Observations:
         'cm'
         """
         keys: dict[str, Any] = {"format": np.array(FORMAT)}
-        keys |= {name: np.asarray(getattr(self, name)) for name in STORED}
+        said = {name: getattr(self, name) for name in STORED}
+        keys |= {name: np.asarray(value) for name, value in said.items() if value is not None}
         if self.sigma is None:
             keys["sigma"] = np.zeros(0)
         keys |= brdf.stored("material", self.material)
@@ -387,12 +397,12 @@ class Observations:
 
 STORED = (
     *("positions", "normals", "directions", "radiance", "sigma", "facets", "interreflected"),
-    *("regions", "region_names", "saturated", "step", "unit"),
+    *("regions", "region_names", "saturated", "step", "floor", "unit"),
     *("relative_sigma", "intensity_unit"),
 )
 """Fields that a file holds beside the material."""
 
-WORDS = ("step", "unit", "relative_sigma", "intensity_unit")
+WORDS = ("step", "floor", "unit", "relative_sigma", "intensity_unit")
 """Those that are no arrays."""
 
 NEEDED = ("positions", "normals", "directions", "radiance", "sigma", "interreflected")
