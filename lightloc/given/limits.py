@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
+from scipy.stats import binom
 
 from lightloc.given.observations import Observations
 from lightloc.given.steps import step_of
@@ -18,11 +19,14 @@ BITS = (8, 10, 12, 14, 16)
 """Of sensors: the last step that so many bits count is their maximum."""
 
 BENEATH = 16
-"""Different values beneath the brightest that say how often one is met by chance."""
+"""Different values beneath the brightest, beside whose repeats its own are counted."""
 
-RISE = 3.0
-"""Times more points that the last step may hold: where B has a maximum along a line, as on a wall
-in 2D, it holds 1 / (sqrt(2) - 1) = 2.4 times as many as the one beneath."""
+ON_A_LINE, ON_A_SURFACE = 0.25, 0.1
+"""Share of all these that the brightest holds, at most. About a maximum B is a square: as many
+points of a surface, 1 in 17, are in each step, and of a line in 2D 1 in sqrt(17)."""
+
+LUCK = 1e-6
+"""Chance at which it holds as many all the same."""
 
 TIES, SOME = 3, 50
 """Equal maxima that noise never makes where so many other values are all different."""
@@ -101,7 +105,9 @@ def limits_of(q: Observations, look: bool) -> Limits:
     if look and not step:
         step = step_of(q.radiance)
     if look and not clipped.any():
-        clipped = np.any([at_most(B, step) for B in q.radiance.T], axis=0)
+        flat = np.ptp(q.positions[:, 2]) == 0 and not q.normals[:, 2].any()
+        share = ON_A_LINE if flat else ON_A_SURFACE
+        clipped = np.any([at_most(B, step, share) for B in q.radiance.T], axis=0)
     least = (q.radiance == q.radiance.min(axis=0)).sum(axis=0)
     if look and q.floor is None and least.max() >= MANY:
         near = around(q)
@@ -109,8 +115,11 @@ def limits_of(q: Observations, look: bool) -> Limits:
     return Limits(clipped, floored & ~clipped, step)
 
 
-def at_most(b: NDArray[np.float64], step: float) -> NDArray[np.bool_]:
-    """(n,) which of (n,) values are clipped: more are equal to the brightest than are by chance."""
+def at_most(b: NDArray[np.float64], step: float, share: float) -> NDArray[np.bool_]:
+    """(n,) which of (n,) values are clipped: more are equal to the brightest than are by chance.
+
+    By chance at most that ``share`` of those that are among the brightest few values.
+    """
     values, counts = np.unique(b[b > 0], return_counts=True)
     if len(values) < 2:
         return np.zeros(len(b), bool)
@@ -119,8 +128,7 @@ def at_most(b: NDArray[np.float64], step: float) -> NDArray[np.bool_]:
     if others.max() == 1 and len(others) >= SOME:
         repeated = most >= TIES
     else:
-        chance = RISE * others[-BENEATH:].max()
-        repeated = most > chance + RISE * np.sqrt(chance)
+        repeated = binom.sf(most - 1, most + others[-BENEATH:].sum(), share) < LUCK
     clipped = (full or repeated) and most <= others.sum()  # else B is constant
     return np.asarray((b == values[-1]) & clipped)
 
