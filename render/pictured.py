@@ -11,9 +11,11 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.ndimage import binary_dilation
 
 from lightloc import Lambert, Observations
 from lightloc.checks import array
+from lightloc.given import clipped_in
 from render.camera import SMOOTH, Pixels, lamps, pinhole, purity, shape_index, towards
 from render.material import is_grey, material_at, regions_at
 from render.neighbours import BOX, Filter, at_centres, noise_of, smooth
@@ -60,7 +62,8 @@ def observe_picture(
     Observations
         Those of the pixels that show one smooth surface, as do their neighbours, so that no filter
         of the film brings in another; row by row. With a scene, in linear Rec. 709; without, in
-        the picture's own colours, in which a renderer multiplies light by albedo. One channel where
+        the picture's own colours, in which a renderer multiplies light by albedo. ``saturated``
+        where the picture's brightest value is met too often to be one. One channel where
         picture and BRDFs are grey. ``sigma``, right but for a factor, is that of the picture's own
         layer or else of how far each pixel is from its neighbours.
 
@@ -130,6 +133,7 @@ def _by_room(picture: Picture, room: Room, sensor: int, interreflected: bool) ->
         sigma=noise_of(B, used, film, sigma)[:, :c],
         relative_sigma=True,
         material=material,
+        saturated=_clipped(picture, used),
         interreflected=interreflected,
         regions=regions,
         region_names=names,
@@ -175,6 +179,7 @@ def _by_layers(picture: Picture, camera: ArrayLike | None, interreflected: bool)
         sigma=noise_of(B, used, BOX, picture.sigma)[:, :c],
         relative_sigma=True,
         material=Lambert(albedo=a),
+        saturated=_clipped(picture, used),
         interreflected=interreflected,
     )
 
@@ -185,6 +190,15 @@ def _some(picture: Picture, used: NDArray[np.bool_]) -> None:
             f"{picture.name}: no pixel shows one smooth surface together with its neighbours; "
             "expected at least one"
         )
+
+
+def _clipped(picture: Picture, used: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which of the used pixels the picture's range has clipped, or neighbours of theirs, by which
+    they are told at their centres."""
+    values = picture.radiance[used]
+    at = np.zeros(used.shape, bool)
+    at[used] = clipped_in(values)
+    return np.asarray(binary_dilation(at, np.ones((3, 3)))[used])
 
 
 def _channels(colours: NDArray, least: int) -> int:

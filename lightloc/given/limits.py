@@ -106,13 +106,19 @@ def limits_of(q: Observations, look: bool) -> Limits:
         step = step_of(q.radiance)
     if look and not clipped.any():
         flat = np.ptp(q.positions[:, 2]) == 0 and not q.normals[:, 2].any()
-        share = ON_A_LINE if flat else ON_A_SURFACE
-        clipped = np.any([at_most(B, step, share) for B in q.radiance.T], axis=0)
+        clipped = clipped_in(q.radiance, step, ON_A_LINE if flat else ON_A_SURFACE)
     least = (q.radiance == q.radiance.min(axis=0)).sum(axis=0)
     if look and q.floor is None and least.max() >= MANY:
         near = around(q)
         floored = np.any([at_floor(B, step, near) for B in q.radiance.T], axis=0)
     return Limits(clipped, floored & ~clipped, step)
+
+
+def clipped_in(
+    radiance: NDArray[np.float64], step: float = 0.0, share: float = ON_A_SURFACE
+) -> NDArray[np.bool_]:
+    """(n,) which of (n, c) values are clipped in some channel."""
+    return np.any([at_most(B, step, share) for B in radiance.T], axis=0)
 
 
 def at_most(b: NDArray[np.float64], step: float, share: float) -> NDArray[np.bool_]:

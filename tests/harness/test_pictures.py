@@ -378,3 +378,18 @@ def test_errors_are_pooled(pixels, tmp_path):
     mean = (around[np.isfinite(around).all(axis=1)] ** 2).mean(axis=0)
     np.testing.assert_allclose(got[0] ** 2 - floor[0] ** 2, sigma[0, 0] ** 2, rtol=1e-6)
     np.testing.assert_allclose(got[13] ** 2 - floor[13] ** 2, mean, rtol=1e-6)
+
+
+@pytest.mark.parametrize("kind", [oiio.FLOAT, oiio.HALF])
+def test_clipped_pixels_are_saturated(kind, room, view, tmp_path):
+    """Where a picture was cut off at a maximum, and beside that; else nothing is."""
+    B = view.radiance[..., :1].repeat(3, axis=2)
+    top = float(np.float16(np.quantile(B, 0.95)))
+    whole = write(tmp_path / "a.exr", layer("", B), kind=kind)
+    assert not render.observe_picture(whole, room, transport="direct").saturated.any()
+    cut = write(tmp_path / "b.exr", layer("", np.minimum(B, top)), kind=kind)
+    q = render.observe_picture(cut, room, transport="direct")
+    untouched = render.observe_picture(whole, room, transport="direct")
+    same = np.isclose(q.radiance, untouched.radiance, rtol=1e-6).all(axis=1)
+    assert 0.02 < q.saturated.mean() < 0.2 and same[~q.saturated].all()
+    assert (~same).sum() > 0.5 * q.saturated.sum()  # most of what is left out was changed
