@@ -77,9 +77,14 @@ class Outliers:
     observations: NDArray[np.intp] = field(repr=False)
     surface: str = ""
 
-    def __str__(self) -> str:
+    @property
+    def place(self) -> str:
+        """Where that is, in words."""
         name = f" '{self.surface}'" if self.where is Where.SURFACE else ""
-        return f"{len(self.observations):,} {self.where.value}{name}"
+        return self.where.value + name
+
+    def __str__(self) -> str:
+        return f"{len(self.observations):,} {self.place}"
 
 
 def outliers_said(groups: Sequence[Outliers], of: int) -> str:

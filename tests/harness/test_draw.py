@@ -167,7 +167,22 @@ def test_the_room_shows_what_was_observed():
     assert sum(trace.customdata is not None for trace in without.data) == 1
 
 
+def test_outliers_are_crossed():
+    """Each at its place, under a legend of its own and with the words that say where that is."""
+    points = np.array([[0, 2, 1], [4, 2, 1], [2, 2, 0], [2, 2, 2]], dtype=float)
+    arrays = {**ROOM, "points": points, "radiance": np.ones((4, 1))}
+    which = {"outlier": np.array([0, 2, 1, 2]), "places": np.array(["at shadows' edges", "on 'a'"])}
+    edge, table = [t for t in draw.room(arrays | which, []).data if t.name == "outlier"]
+    np.testing.assert_array_equal([edge.x, edge.y, edge.z], points[2:3].T)
+    np.testing.assert_array_equal([table.x, table.y, table.z], points[[1, 3]].T)
+    assert (edge.hovertext, table.hovertext) == ("outlier, at shadows' edges", "outlier, on 'a'")
+    assert edge.showlegend and not table.showlegend
+    none = {"outlier": np.zeros(4, int), "places": np.zeros(0, str)}
+    assert not [t for t in draw.room(arrays | none, []).data if t.name == "outlier"]
+
+
 BROKEN = {
+    "outlier": {"outlier": np.zeros(3), "places": np.array(["a"])},
     "points": {"points": np.zeros((4, 2))},
     "faces": {"faces": np.array([[0, 1, 99]])},
     "residual": {"residual": np.zeros(3)},
@@ -178,7 +193,7 @@ BROKEN = {
 def test_a_broken_room_is_refused(which):
     whole = {**ROOM, "points": np.zeros((4, 3)), "radiance": np.ones((4, 1))}
     draw.room(whole, [])
-    with pytest.raises(ValueError, match=r"face|points|residual"):
+    with pytest.raises(ValueError, match=r"face|points|residual|outlier"):
         draw.room(whole | BROKEN[which], [])
 
 

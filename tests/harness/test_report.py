@@ -48,7 +48,12 @@ def a_result(name: str, outcome: str = "passed", **changes: Any) -> dict[str, An
         **{"points": 64, "spp": 4, "seed": 1, "parameters": {}, "diagonal": 7.07, "peak_mb": 70},
         "limits": {"position_percent": 0.1, "intensity_percent": 0.5, "radius_percent": 5.0},
         **{"lights": {"true": true, "found": [found]}, "comparison": comparison, "rerender": None},
-        "search": {"reason": "converged", "history": history, "chi2_per_dof": math.nan},
+        "search": {
+            "reason": "converged",
+            "history": history,
+            "chi2_per_dof": math.nan,
+            "remarks": ["Noise, estimated: 0.9 % of B.", HOSTILE],
+        },
         "seconds": {"load": 0.5, "total": 2.5},
         **changes,
     }

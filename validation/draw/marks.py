@@ -29,6 +29,7 @@ SYMBOLS: dict[Kind, tuple[str, str]] = {  # of Plotly; open ones let the light b
     "found": ("circle-open", GREEN),
     "ghost": ("diamond-open", GREEN),
 }
+OUTLIER = ("x", "#cc79a7")  # reddish purple, told apart like the others
 SOLID, OPEN = 8, 15  # pixels across
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 
-from validation.draw.marks import GREEN, Light, light_traces
+from validation.draw.marks import GREEN, OUTLIER, Light, light_traces
 from validation.draw.mesh import creases, strokes
 from validation.draw.page import QUIET, bar, decades, figure, measured
 
@@ -66,6 +66,7 @@ def room(arrays: Mapping[str, Array], lights: Sequence[Light], unit: str = "m") 
         _lines(edges, "#5d6875", 2),
         _lines(_links(lights), GREEN, 4),
         *light_traces(lights, go.Scatter3d),
+        *_outliers(points, arrays.get("outlier"), arrays.get("places")),
     ]
     shown = figure([*dots, *still], **_space(low, high, PADDING * diagonal, unit))
     if len(said) < len(points):
@@ -116,6 +117,31 @@ def _residual(residual: Array) -> dict[str, Any]:
         "colorscale": RESIDUALS,
         "colorbar": bar("residual in standard errors", "right", **BAR),
     }
+
+
+def _outliers(points: Array, outlier: Array | None, places: Array | None) -> list[go.Scatter3d]:
+    """Crosses on the outliers: ``outlier`` (m,) is the number of each one's place, from 1."""
+    if outlier is None or places is None:
+        return []
+    if outlier.shape != points.shape[:1]:
+        raise ValueError(f"outlier has {outlier.size} values for {len(points)} points")
+    shown = [(place, points[outlier == i]) for i, place in enumerate(places.tolist(), start=1)]
+    symbol, colour = OUTLIER
+    mark = {"symbol": symbol, "size": 5, "color": colour}
+    return [
+        go.Scatter3d(
+            **_axes(at.T),
+            mode="markers",
+            marker=mark,
+            name="outlier",
+            showlegend=not i,
+            legendgroup="outlier",
+            hovertext=f"outlier, {place}",
+            hoverinfo="text",
+        )
+        for i, (place, at) in enumerate(shown)
+        if len(at)
+    ]
 
 
 def _faces(vertices: Array, faces: Array) -> go.Mesh3d:

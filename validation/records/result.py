@@ -101,6 +101,7 @@ class Search(Part):
     chi2_per_dof: Real = None
     certificate: Real = None
     verdicts: list[Said] = Field(default_factory=list)
+    remarks: list[str] = Field(default_factory=list)  # of noise, outliers, what was left out
 
 
 class Rerender(Part):

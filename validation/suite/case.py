@@ -68,8 +68,7 @@ def run_case(case: Case, folder: Path, command: str) -> dict[str, Any]:
         sphere, more = judge_sphere(seen, room.lights, room.geometry, case.seed)
         why += more
     clock.lap("judge")
-    z = found.residual.mean(axis=1)
-    save_room(folder / "room.npz", room, seen, z)
+    save_room(folder / "room.npz", room, seen, found)
     save_fields(folder / "fields.npz", room, seen, found)
     save_view(folder, room, found.lights, case.transport, case.seed)
     clock.lap("pictures")
@@ -245,5 +244,6 @@ def searched(found: Localization) -> Search:
             Said(kind=v.kind.name.lower(), lights=list(v.lights), sentence=v.sentence)
             for v in found.verdicts
         ],
+        remarks=list(found.remarks),
         history=[Step(step=s.action, lights=s.lights, chi2=s.chi2) for s in found.history],
     )

@@ -29,9 +29,15 @@ VOTE_THRESHOLD = 0.5  # of the radius, where the paper's 0.05 needs sixty thousa
 VIEW_SPP, VIEW_WIDTH = 24, 208  # the picture only; the judge counts on the probes
 
 
-def save_room(path: Path, room: Room, seen: Observations, z: NDArray) -> None:
-    """room.npz: triangles, observed points, B(q) and residuals in standard errors."""
+def save_room(path: Path, room: Room, seen: Observations, found: Localization) -> None:
+    """room.npz: triangles, observed points, B(q), residuals in standard errors, and outliers.
+
+    Those are told by the number of their place among the names, from 1.
+    """
     vertices, faces = render.triangles(room)
+    outlier = np.zeros(len(seen), np.int32)
+    for number, group in enumerate(found.outlying, start=1):
+        outlier[group.observations] = number
     _save(
         path,
         vertices=vertices.astype(np.float32),
@@ -39,7 +45,9 @@ def save_room(path: Path, room: Room, seen: Observations, z: NDArray) -> None:
         points=seen.positions.astype(np.float32),
         normals=seen.normals.astype(np.float32),
         radiance=seen.radiance.astype(np.float32),
-        residual=z.astype(np.float32),
+        residual=found.residual.mean(axis=1).astype(np.float32),
+        outlier=outlier,
+        places=np.array([group.place for group in found.outlying], dtype=str),
     )
 
 
