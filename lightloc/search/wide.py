@@ -158,7 +158,8 @@ class Unknowns:
         d = len(self.axes)
         p = np.tile(self.home, (m, 1))
         p[:, self.axes] = x[: m * d].reshape(m, d)
-        return PointLights(p, x[m * d :].reshape(m, self.channels))
+        I = np.maximum(x[m * d :], 0)  # least squares round what is dark to below 0
+        return PointLights(p, I.reshape(m, self.channels))
 
 
 def extended(problem: Problem, fit: Fit, criterion: Criterion, widest: float) -> Extended | None:

@@ -111,11 +111,14 @@ def test_what_is_known_beside_radiance(tmp_path, rng):
         "region_names": ("wall", "floor"),
         "saturated": np.array([True, False, False, True]),
         "step": 0.125,
+        "floor": 0.25,
         "unit": "cm",
     }
     replace(q, **told).save(tmp_path / "q.npz")
     read = Observations.load(tmp_path / "q.npz")
     assert read.sigma is None
+    q.save(tmp_path / "none.npz")
+    assert Observations.load(tmp_path / "none.npz").floor is None
     for name, value in told.items():
         np.testing.assert_array_equal(getattr(read, name), value)
         assert type(getattr(read, name)) is type(value)

@@ -135,6 +135,15 @@ def test_lights_at_one_place_and_dark_ones():
     assert np.isfinite(wide.fit.lights.positions).all()
 
 
+def test_rounding_makes_no_light_negative():
+    """Least squares may round what sends nothing to just below: that is 0, and no refusal."""
+    model, x, _ = unknowns(2)
+    first = model.lights * len(model.axes)
+    x[first] = -1.11e-16
+    assert model.centroids(x).intensities[0, 0] == 0
+    assert model.expanded(x).intensities.min() >= 0
+
+
 def test_wide_lights_stay_in_the_region():
     """A bar along the wall: its centroid does not leave the room."""
     room = rooms(2, count=1)[0]

@@ -254,6 +254,7 @@ def test_refusals(refuses):
         "Observations.regions holds": {"regions": np.full(n, 0.5), "region_names": ("a", "b")},
         "Observations.saturated[0]": {"saturated": np.full(n, 2)},
         "Observations.step": {"step": -1.0},
+        "Observations.floor": {"floor": -1.0},
         "Observations.unit": {"unit": " "},
         "Observations.region_names": {"region_names": None},
         "Observations.interreflected": {"interreflected": "no"},
