@@ -19,12 +19,7 @@ SEEN = (0.05, 0.5, 0.95)
 def noise_said(noise: Noise, B: NDArray[np.float64], sigma: NDArray[np.float64]) -> str:
     """How large noise was found to be, of (n, c) B with errors; nothing where it was given.
 
-    Examples
-    --------
-    >>> B = np.linspace(0.1, 1, 50)[:, None]
-    >>> one, far = np.ones(1), np.zeros(B.shape, bool)
-    >>> noise_said(Noise(NoiseLaw.ESTIMATED, one, one, far), B, 0.009 * B)
-    'Noise, estimated: 0.9 % of B.'
+    In the terms of its law where that is known, else as it is at most B.
     """
     if noise.law is NoiseLaw.GIVEN:
         return ""
@@ -32,10 +27,11 @@ def noise_said(noise: Noise, B: NDArray[np.float64], sigma: NDArray[np.float64])
     lit = [(b[b > 0], e[b > 0]) for b, e in zip(B[rows].T, sigma[rows].T, strict=True)]
     if not all(len(b) for b, _ in lit):
         return ""
-    read, shot, relative = (getattr(noise, name, None) for name in ("read", "shot", "relative"))
-    if read is not None and shot is not None and relative is not None:
+    unknown = np.full(len(lit), np.nan)
+    law = [np.asarray(getattr(noise, name, unknown)) for name in ("read", "shot", "relative")]
+    if np.isfinite(law).all():
         typical = np.array([np.quantile(b, SEEN) for b, _ in lit])  # c, 3
-        parts = terms(read, shot, relative, typical)
+        parts = terms(law[0], law[1], law[2], typical)
     else:
         parts = [f"{listed([100 * float(np.median(e / b)) for b, e in lit])} % of B"]
     return f"Noise, estimated: {', and '.join(parts)}." if parts else ""

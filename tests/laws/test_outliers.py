@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +12,6 @@ from scipy.stats import binom
 import render
 from lightloc import (
     Localization,
-    Noise,
     NoiseLaw,
     Observations,
     Outliers,
@@ -198,10 +198,17 @@ def test_a_law_of_three_channels():
 
 
 def test_noise_is_said_where_it_was_estimated():
-    """Not where it was given, nor where nothing is lit."""
+    """By its law where that is known, else as a share of most B; not where it was given, nor where
+    nothing is lit."""
     B = np.linspace(0.1, 1, 50)[:, None]
-    one, none = np.ones(1), np.zeros(B.shape, bool)
-    assert noise_said(Noise(NoiseLaw.GIVEN, one, 0 * one, none), B, 0.01 * B) == ""
-    estimated = Noise(NoiseLaw.ESTIMATED, one, one, none)
+    given, estimated = (SimpleNamespace(law=law) for law in (NoiseLaw.GIVEN, NoiseLaw.ESTIMATED))
+    assert noise_said(given, B, 0.01 * B) == ""
     assert noise_said(estimated, B, 0.01 * B) == "Noise, estimated: 1 % of B."
     assert noise_said(estimated, 0 * B, B) == ""
+    unknown, zero = np.full(1, np.nan), np.zeros(1)
+    scaled = SimpleNamespace(law=NoiseLaw.ESTIMATED, read=unknown, shot=unknown, relative=unknown)
+    assert noise_said(scaled, B, 0.01 * B) == "Noise, estimated: 1 % of B."
+    lawful = SimpleNamespace(
+        law=NoiseLaw.ESTIMATED, read=zero + 0.02, shot=zero, relative=zero + 0.009
+    )
+    assert noise_said(lawful, B, B) == "Noise, estimated: 0.9 % of B, and 0.02 at least."
