@@ -35,9 +35,13 @@ def drawn(law: str, share: float, seed: int = 0):
 def test_sigma_is_told_over_most_of_b(law, share):
     """Within 20 % over the central 90 % of B; a scale alone is known to 1 / sqrt(2 n) = 1.6 %."""
     M, sigma, left, _ = drawn(law, share)
-    ratio = law_left(left, M).sigma(M) / sigma
+    assert off(law_left(left, M).sigma(M) / sigma, M) < 0.2
+
+
+def off(ratio, M) -> float:
+    """How far a ratio is from 1 over the central 90 % of B."""
     low, high = np.quantile(M, [0.05, 0.95])
-    assert np.abs(ratio[(low < M) & (high > M)] - 1).max() < 0.2
+    return float(np.abs(ratio[(low < M) & (high > M)] - 1).max())
 
 
 @pytest.mark.parametrize("share", [0.0, 0.01, 0.05, 0.1])
@@ -71,35 +75,34 @@ def test_what_is_dark_and_exact_tells_nothing():
     M, sigma, left, _ = drawn("relative", 0.0)
     dark = np.zeros((N, 1))
     with_dark = law_left(np.concatenate([left, dark]), np.concatenate([M, dark]))
-    np.testing.assert_allclose(with_dark.sigma(M), sigma, rtol=0.2)
+    assert off(with_dark.sigma(M) / sigma, M) < 0.2
 
 
 def test_errors_of_the_law_are_honest():
     """Of forty laws, the relative term lies about as far off as its standard error says."""
-    off = []
+    found = []
     for seed in range(40):
         M, _, left, _ = drawn("relative", 0.0, seed)
         law = law_left(left, M)
-        spread = law.sigma(np.full((1, 1), 1.0))[0, 0] / 0.05 - 1
-        off.append(spread)
+        found.append(law.sigma(np.full((1, 1), 1.0))[0, 0] / 0.05 - 1)
         assert law.error[0, 2] < 0.3 * law.variance[0, 2] + 1e-4
-    assert np.std(off) < 0.05
+    assert np.std(found) < 0.05
 
 
 def test_channels_have_laws_of_their_own():
     M, sigma, left, _ = drawn("relative", 0.0)
     law = law_left(np.hstack([left, 10 * left]), np.hstack([M, M]))
-    np.testing.assert_allclose(law.sigma(np.hstack([M, M]))[:, 1], 10 * sigma[:, 0], rtol=0.25)
+    one, ten = law.sigma(np.hstack([M, M])).T
+    np.testing.assert_allclose(ten, 10 * one, rtol=1e-3)
 
 
 def test_what_was_fitted_is_counted():
     """Residuals that p parameters were fitted to are smaller by sqrt(1 - p / n)."""
     M, sigma, left, _ = drawn("relative", 0.0)
-    basis, _ = np.linalg.qr(np.random.default_rng(1).normal(size=(N, N // 2)) * M)
     z = left / M
     basis, _ = np.linalg.qr(np.random.default_rng(1).normal(size=(N, N // 2)))
     z = z - basis @ (basis.T @ z)
-    np.testing.assert_allclose(law_left(z * M, M, N // 2).sigma(M), sigma, rtol=0.2)
+    assert off(law_left(z * M, M, N // 2).sigma(M) / sigma, M) < 0.2
     assert np.median(law_left(z * M, M).sigma(M) / sigma) < 0.8  # not without
 
 
