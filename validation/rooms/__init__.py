@@ -12,8 +12,14 @@ For other rooms, in pipeline order:
 - `ROOMS`: the kinds of rooms in three dimensions.
 - `MOST`: the largest number of lights in one.
 - `lit`: a standard scene with random lights of its own.
+- `REGIONS`: the regions of a box with blocks in it.
+- `BlockRoom`: such a room and the truth about its lights.
+- `Blocks`: its geometry.
+- `block_room`: one at random.
+- `under`: observations with the B of lights.
 """
 
+from validation.rooms.blocks import REGIONS, BlockRoom, Blocks, block_room, under
 from validation.rooms.plane import (
     INTENSITIES,
     SAMPLES,
@@ -36,4 +42,9 @@ __all__ = [
     "ROOMS",
     "MOST",
     "lit",
+    "REGIONS",
+    "BlockRoom",
+    "Blocks",
+    "block_room",
+    "under",
 ]

@@ -12,4 +12,5 @@ NAMES = (
     "rivals",
     "hard",
     "ablation",
+    "faults",
 )

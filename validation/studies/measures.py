@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.stats import beta
 
 from validation.jobs import Ended
 
@@ -49,6 +50,10 @@ def reaches(published: float, digits: int = 2) -> Goal:
 
 def below(limit: float) -> Goal:
     return Goal(f"< {limit:g}", lambda value: value < limit)
+
+
+def at_most(limit: float) -> Goal:
+    return Goal(f"≤ {limit:g}", lambda value: value <= limit)
 
 
 def between(low: float, high: float) -> Goal:
@@ -98,6 +103,42 @@ def share(of: Keep, among: Keep = lambda record: True) -> Measured:
         return Figure(figure.value, f"{figure.text} of {count}", figure.error)
 
     return measure
+
+
+def bounded(of: Keep, among: Keep = lambda record: True) -> Measured:
+    """`share` with its bounds by Clopper and Pearson, which hold the rate in 95 % of all runs."""
+    measured = share(of, among)
+
+    def measure(scenes: Sequence[Ended]) -> Figure:
+        figure = measured(scenes)
+        asked = [record for record in records(scenes) if among(record)]
+        if figure.value is None:
+            return figure
+        count = len(scenes) if len(asked) == len(records(scenes)) else len(asked)
+        low, high = clopper_pearson(round(figure.value * count), count)
+        return Figure(
+            figure.value,
+            f"{figure.value:.3f} ({low:.3f} to {high:.3f}, of {count})",
+            figure.error,
+        )
+
+    return measure
+
+
+def clopper_pearson(hits: int, of: int, level: float = 0.95) -> tuple[float, float]:
+    """Bounds of a rate: at neither would as few or as many hits be likelier than (1 - level) / 2.
+
+    Examples
+    --------
+    >>> [round(bound, 4) for bound in clopper_pearson(0, 10)]
+    [0.0, 0.3085]
+    >>> [round(bound, 3) for bound in clopper_pearson(9, 10)]
+    [0.555, 0.997]
+    """
+    tail = (1 - level) / 2
+    low = float(beta.ppf(tail, hits, of - hits + 1)) if hits else 0.0
+    high = float(beta.ppf(1 - tail, hits + 1, of - hits)) if hits < of else 1.0
+    return low, high
 
 
 def mean(field: str) -> Measured:

@@ -121,11 +121,37 @@ def trial(
     region : (2, 3) array_like
         Corners of what may hold lights, metres; the `bounds` of `localize`.
     """
-    side = SIDE if diagonal is None else diagonal
     clock = time.perf_counter()
     answer = localize(q, geometry, bounds=region)
     seconds = time.perf_counter() - clock
-    judged = compare(answer.lights, truth, diagonal=diagonal or DIAGONAL)
+    return judged(
+        name,
+        answer,
+        q,
+        truth,
+        geometry,
+        seconds=seconds,
+        known=known,
+        tolerance=tolerance,
+        diagonal=diagonal,
+    )
+
+
+def judged(
+    name: str,
+    answer: Localization,
+    q: Observations,
+    truth: PointLights,
+    geometry: Geometry | None = None,
+    *,
+    seconds: float,
+    known: Observations | None = None,
+    tolerance: Tolerance = SOLVED,
+    diagonal: float | None = None,
+) -> Trial:
+    """Judge an answer that took so many seconds; all else as of `trial`."""
+    side = SIDE if diagonal is None else diagonal
+    beside = compare(answer.lights, truth, diagonal=diagonal or DIAGONAL)
     right = is_solved(answer.lights, truth, tolerance, side)
     ceiling, bounds = None, []
     if known is not None:
@@ -133,17 +159,17 @@ def trial(
         share = tolerance.intensity / 100 * truth.intensities[:, 0]
         ceiling = within(bound.covariance, tolerance.position * side, share)
         bounds = np.linalg.norm(bound.position, axis=1).tolist()
-    pairs = judged.pairs
-    matched = compare(answer.lights, truth, radius=math.inf) if judged.count_right else None
+    pairs = beside.pairs
+    matched = compare(answer.lights, truth, radius=math.inf) if beside.count_right else None
     return Trial(
         name=name,
         lights=len(truth),
         found=len(answer.lights),
-        missed=len(judged.missed),
-        ghosts=len(judged.ghosts),
-        unflagged=len(set(judged.ghosts).difference(*(v.lights for v in answer.verdicts))),
+        missed=len(beside.missed),
+        ghosts=len(beside.ghosts),
+        unflagged=len(set(beside.ghosts).difference(*(v.lights for v in answer.verdicts))),
         position=100 * max(pair.distance for pair in pairs) / side if pairs else None,
-        intensity=judged.worst_intensity_percent,
+        intensity=beside.worst_intensity_percent,
         solved=right,
         tight=right
         and is_solved(answer.lights, truth, Tolerance(TIGHT, tolerance.intensity), side),
