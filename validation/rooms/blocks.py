@@ -43,7 +43,7 @@ class Blocks:
     def visible(self, x: Any, p: Any, active: Any = True) -> Any:
         """As of `Geometry`; nothing is seen from outside the box."""
         free = active & types().Bool(True)
-        size = columns(self.size[None])
+        size = _data(self.size)
         for a in range(3):
             free &= (p[a] > -OUTWARD) & (p[a] < size[a] + OUTWARD)
         d = p - x
@@ -53,7 +53,7 @@ class Blocks:
 
     def intersect(self, x: Any, d: Any, active: Any = True) -> tuple[Any, Any]:
         """As of `Geometry`."""
-        _, first = _slab(x, d, columns(np.zeros((1, 3))), columns(self.size[None]))
+        _, first = _slab(x, d, _data(np.zeros(3)), _data(self.size))
         hit = first > 0
         for near, far in self._crossed(x, d):
             first = dr.select((near > 0) & (near < far) & (near < first), near, first)
@@ -73,7 +73,13 @@ class Blocks:
 
     def _crossed(self, x: Any, d: Any) -> list[tuple[Any, Any]]:
         pairs = zip(self.low, self.high, strict=True)
-        return [_slab(x, d, columns(low[None]), columns(high[None])) for low, high in pairs]
+        return [_slab(x, d, _data(low), _data(high)) for low, high in pairs]
+
+
+def _data(corner: Vector) -> list[Any]:
+    """Numbers that a kernel reads, rather than holds: rooms with as many blocks share one."""
+    f = types()
+    return [dr.opaque(f.Float, float(value)) for value in corner]
 
 
 def _slab(x: Any, d: Any, low: Any, high: Any) -> tuple[Any, Any]:
