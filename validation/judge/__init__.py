@@ -9,12 +9,13 @@ For other rooms, in pipeline order:
 - `Tolerance`: how near counts as found.
 - `is_solved`: whether all lights are found, and nothing else.
 - `within`: probability that the best unbiased estimate would be within tolerances.
+- `countable`: probability that every light would stand out of the noise.
 - `Fitted`: what a fit from given lights came to.
 - `fitted`: makes one, from the truth as a rule.
 - `judge_sphere`: B itself, against the integrating sphere's closed form.
 """
 
-from validation.judge.ceiling import within
+from validation.judge.ceiling import countable, within
 from validation.judge.match import RADIUS, Comparison, Pair, compare
 from validation.judge.oracle import Fitted, fitted
 from validation.judge.solved import Tolerance, is_solved
@@ -28,6 +29,7 @@ __all__ = [
     "Tolerance",
     "is_solved",
     "within",
+    "countable",
     "Fitted",
     "fitted",
     "judge_sphere",

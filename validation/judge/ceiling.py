@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import norm
+
+from lightloc import Bound, PointLights
 
 DRAWS = 4000  # of the Gaussian: a probability of one half is then known to 0.008
 SEED = 2018
@@ -50,3 +53,20 @@ def within(
     far = np.linalg.norm(error[:, :-k].reshape(draws, k, -1), axis=2)
     near = (far <= radius) & (np.abs(error[:, -k:]) <= intensity)
     return float(near.all(axis=1).mean())
+
+
+def countable(bound: Bound, lights: PointLights, gain: float) -> float:
+    """The probability that every light, by itself, gains so much in chi-square.
+
+    With errors at the bound the root of a light's gain is its intensity over that one's error, and
+    a standard Gaussian about it.
+
+    Examples
+    --------
+    >>> sure = Bound.of(np.diag([1.0, 1.0, 1.0, 0.01]), np.arange(3), 1, 1)
+    >>> countable(sure, PointLights([[0, 0, 1]], [0.5]), gain=25.0)
+    0.5
+    """
+    with np.errstate(divide="ignore"):
+        z = lights.intensities / bound.intensity
+    return float(norm.cdf(z - np.sqrt(gain)).prod())

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import lightloc  # noqa: F401  (before drjit: it chooses the LLVM library)
-from lightloc import BRDF, Mixed, Observations, PointLights, radiance
+from lightloc import BRDF, Geometry, Mixed, Observations, PointLights, radiance
 from lightloc.backend import types
 from lightloc.optics import columns, surfels
 
@@ -174,7 +174,7 @@ class BlockRoom:
 
 
 def under(
-    q: Observations, lights: PointLights, geometry: Blocks | None, sigma: float | None = 0.0
+    q: Observations, lights: PointLights, geometry: Geometry | None, sigma: float | None = 0.0
 ) -> Observations:
     """The observations with the B of lights, computed in 64 bits."""
     return q.with_radiance(radiance(surfels(q, geometry, double=True), lights, geometry), sigma)

@@ -12,5 +12,6 @@ NAMES = (
     "rivals",
     "hard",
     "ablation",
+    "crossed",
     "faults",
 )
