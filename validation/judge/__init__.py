@@ -12,10 +12,12 @@ For other rooms, in pipeline order:
 - `countable`: probability that every light would stand out of the noise.
 - `Fitted`: what a fit from given lights came to.
 - `fitted`: makes one, from the truth as a rule.
+- `Further`: where one light more could be, and what noise lets it gain.
 - `judge_sphere`: B itself, against the integrating sphere's closed form.
 """
 
 from validation.judge.ceiling import countable, within
+from validation.judge.further import Further
 from validation.judge.match import RADIUS, Comparison, Pair, compare
 from validation.judge.oracle import Fitted, fitted
 from validation.judge.solved import Tolerance, is_solved
@@ -32,5 +34,6 @@ __all__ = [
     "countable",
     "Fitted",
     "fitted",
+    "Further",
     "judge_sphere",
 ]

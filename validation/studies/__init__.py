@@ -14,4 +14,7 @@ NAMES = (
     "ablation",
     "crossed",
     "faults",
+    "null",
+    "power",
+    "counts",
 )

@@ -1,0 +1,93 @@
+"""Rooms whose data are fully explained: diffuse, 1 % noise, and nothing is as it should not be."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lightloc import Geometry, Observations, Options, Outline, PointLights
+from validation.rooms import Blocks, shot_noise
+from validation.studies.crossed_rooms import Clean, flat, solid
+from validation.studies.scenes import noise_of
+
+ALPHA = 0.05  # the probability of a light that is not there, asked for
+GRIDS = {2: (32, 32, 1), 3: (13, 13, 11)}  # places of a further light along each axis
+OFF = 0.05  # of the room's size: how near to a surface it may be
+
+Array = NDArray[np.float64]
+Rng = np.random.Generator
+
+
+@dataclass(frozen=True, eq=False)
+class Explained:
+    """A room with noise whose standard errors are known, though not always told.
+
+    Parameters
+    ----------
+    q
+        What is seen, with its standard errors.
+    lights
+        The true ones.
+    geometry
+        What occludes.
+    size
+        The side in two dimensions, the diagonal in three.
+    dimensions
+        2 or 3.
+    """
+
+    q: Observations
+    lights: PointLights
+    geometry: Geometry | None
+    size: float
+    dimensions: int
+
+    @property
+    def sigma(self) -> Array:
+        return self.q.known_sigma
+
+    def told(self, stated: bool) -> Observations:
+        """What a search is given: with standard errors or without."""
+        return self.q if stated else self.q.with_radiance(self.q.radiance, None)
+
+    def places(self) -> Array:
+        """(g, 3) places in free space for a further light."""
+        low, high = self.q.bounds
+        axes = [
+            np.linspace(a, b, n + 2)[1:-1] if n > 1 else np.array([a])
+            for a, b, n in zip(low, high, GRIDS[self.dimensions], strict=True)
+        ]
+        grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+        return grid[free(self.geometry, grid, OFF * float((high - low).max()))]
+
+
+def empty(dimensions: int, lights: int, rng: Rng) -> Clean:
+    """A diffuse room with no occluder or one, without noise."""
+    make = flat if dimensions == 2 else solid
+    return make("diffuse", int(rng.integers(2)), lights, rng)
+
+
+def explained(room: Clean, dimensions: int, rng: Rng) -> Explained:
+    """The room with 1 % noise."""
+    B = room.q.radiance
+    sigma = shot_noise(B, noise_of(room.q))
+    seen = room.q.with_radiance(B + sigma * rng.normal(size=B.shape), sigma)
+    return Explained(seen, room.lights, room.geometry, room.size, dimensions)
+
+
+def free(geometry: Geometry | None, points: Array, off: float) -> NDArray[np.bool_]:
+    """Which of (g, 3) points keep so far from all surfaces of a room."""
+    if isinstance(geometry, Outline):
+        return np.asarray(geometry.inside(points) & (geometry.clearance(points) >= off))
+    if isinstance(geometry, Blocks):
+        return np.asarray(~geometry.inside(points) & (geometry.clearance(points) >= off))
+    return np.ones(len(points), bool)  # an empty square, whose grid keeps off its walls
+
+
+def options(alpha: float = ALPHA) -> Options:
+    """The search's options at that false alarm; its own where the code has none to set."""
+    if "false_alarm" not in {field.name for field in fields(Options)}:
+        return Options()
+    return replace(Options(), **{"false_alarm": alpha})
