@@ -12,16 +12,17 @@ import typer
 from validation.commands.outputs import writable
 from validation.commands.running import CRASHED, PASSED, carry_out, console
 from validation.jobs import row_of
-from validation.studies import NAMES
+from validation.studies import GROUPS, NAMES
 
 if TYPE_CHECKING:
     from validation.studies.study import Study
 
+KNOWN = (*NAMES, *GROUPS)
 FILES = ("scenes.jsonl", "study.md", "study.json", "index.html")
 
 
 def study_command(
-    name: Annotated[list[str], typer.Argument(help=f"One or more of {', '.join(NAMES)}.")],
+    name: Annotated[list[str], typer.Argument(help=f"One or more of {', '.join(KNOWN)}.")],
     out: Annotated[
         Path,
         typer.Option("--out", "-o", help="Folder for the results, one subfolder per study."),
@@ -43,8 +44,9 @@ def study_command(
     Example: lightloc study many --scenes 2
     """
     for one in name:
-        if one not in NAMES:
-            raise ValueError(f"{one}: no such study; expected one of {', '.join(NAMES)}")
+        if one not in KNOWN:
+            raise ValueError(f"{one}: no such study; expected one of {', '.join(KNOWN)}")
+    name = list(dict.fromkeys(each for one in name for each in GROUPS.get(one, (one,))))
     if dask is not None and jobs:
         raise ValueError(f"--jobs {jobs}: the cluster at --dask {dask} has its own workers")
     writable(*(out / one / file for one in name for file in FILES))

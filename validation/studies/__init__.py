@@ -18,3 +18,6 @@ NAMES = (
     "power",
     "counts",
 )
+
+GROUPS = {"gauntlet": ("crossed", "faults", "null", "power", "counts")}
+"""Studies that are asked for together, by one name."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -88,6 +89,6 @@ def free(geometry: Geometry | None, points: Array, off: float) -> NDArray[np.boo
 
 def options(alpha: float = ALPHA) -> Options:
     """The search's options at that false alarm; its own where the code has none to set."""
-    if "false_alarm" not in {field.name for field in fields(Options)}:
-        return Options()
-    return replace(Options(), **{"false_alarm": alpha})
+    given: dict[str, Any] = {"false_alarm": alpha}
+    known = {field.name for field in fields(Options)}
+    return Options(**{name: value for name, value in given.items() if name in known})
