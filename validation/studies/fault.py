@@ -35,7 +35,7 @@ class FaultTrial(Trial):
         Whether the fault shows: no fit of the true number of lights, from the truth, leaves what
         noise alone leaves.
     named
-        The first verdict of a kind of fault; None where there is none.
+        The first verdict of a kind of fault, or "nothing".
     outside
         True lights outside four of their stated standard errors along some axis, or not found.
     right_found, right_reason, right_seconds
@@ -44,7 +44,7 @@ class FaultTrial(Trial):
 
     more: int
     told: bool
-    named: str | None
+    named: str
     outside: int
     right_found: int
     right_reason: str
@@ -69,7 +69,7 @@ def fault(name: str) -> FaultTrial:
         **vars(done),
         more=scene.more,
         told=told(scene, noisy(scene.q, noise, True)),
-        named=next((kind for kind in kinds if kind in NAMED), None),
+        named=next((kind for kind in kinds if kind in NAMED), "nothing"),
         outside=outside(answer, scene.lights),
         right_found=len(right.lights),
         right_reason=right.reason.name,

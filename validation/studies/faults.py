@@ -111,7 +111,7 @@ def doubt(record: Fields) -> str | None:
     said = ["too many lights"] * too_many(record)
     said += ["converged, a light elsewhere"] * sure_elsewhere(record)
     if told(record) and not named(record):
-        said.append(f"named {record['named'] or 'as nothing'}")
+        said.append(f"named as {record['named']}")
     if sound(record) and not converged(record):
         said.append(record["reason"])
     return ", ".join(said) or None

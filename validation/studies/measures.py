@@ -15,6 +15,7 @@ from scipy.stats import beta
 from validation.jobs import Ended
 
 NOTHING = "–"
+MANY = 100  # scenes of which a rate is told to three digits
 Fields = dict[str, Any]  # of a trial, None where a number was not finite
 Keep = Callable[[Fields], bool]
 
@@ -116,11 +117,10 @@ def bounded(of: Keep, among: Keep = lambda record: True) -> Measured:
             return figure
         count = len(scenes) if len(asked) == len(records(scenes)) else len(asked)
         low, high = clopper_pearson(round(figure.value * count), count)
-        return Figure(
-            figure.value,
-            f"{figure.value:.3f} ({low:.3f} to {high:.3f}, of {count})",
-            figure.error,
-        )
+        digits = 2 if count < MANY else 3
+        text = f"{figure.value:.{digits}f} ({low:.{digits}f} to {high:.{digits}f})"
+        text += f" of {count}" * (count < len(scenes))
+        return Figure(figure.value, text, figure.error)
 
     return measure
 

@@ -60,7 +60,7 @@ STUDY = Study(
     "false alarm of 5 %? Beside it stands the likelihood ratio with known noise, which is told "
     "where the light is: its gain in chi-square against what noise alone gains in one search of "
     "twenty.",
-    per_row=40,
+    per_row=100,
     names=lambda per_row: numbered([f"x{strength:g}" for strength in STRENGTHS], per_row),
     one=power,  # type: ignore[arg-type]  # a record of its own
     measures=(
