@@ -1,7 +1,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: help setup report table1 studies docs lint test-fast test test-long test-all coverage mutants fuzz strangers bench lock clean
+.PHONY: help setup report table1 studies gauntlet docs lint test-fast test test-long test-all coverage mutants fuzz strangers bench lock clean
 
 help:  ## list the targets
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
@@ -23,6 +23,9 @@ table1: setup  ## the paper's Table 1 over all 800 scenes, beside the paper's fi
 
 studies: setup  ## many lights, occluders, coverage, noise, wrong models, rivals; hours; resumes
 	$(BIN)/lightloc study many occluders coverage noise points wrong rooms3d rivals --out report/studies
+
+gauntlet: setup  ## rooms as they are: noise unknown, faults of the model, how many lights; hours; resumes
+	$(BIN)/lightloc study gauntlet --out report/studies
 
 docs: setup  ## the book, docs/_build/html/index.html
 	$(BIN)/sphinx-build -E -W --keep-going -q -b html docs docs/_build/html

@@ -18,6 +18,7 @@ from validation.studies.measures import (
     at_least,
     between,
     bounded,
+    clopper_pearson,
     duration,
     records,
     tally,
@@ -61,10 +62,14 @@ def allowed(ended: Sequence[Ended]) -> Figure:
 
 
 def of_the_allowed(ended: Sequence[Ended]) -> Figure:
-    """The share of right counts over that which the bound allows, with the error over scenes."""
-    pairs = [(float(right(record)), record["allowed"]) for record in records(ended)]
-    pairs += [(0.0, 1.0)] * (len(ended) - len(pairs))  # crashed
-    return _ratio(np.array(pairs).reshape(-1, 2))
+    """The share of right counts over that which the bound allows, with bounds of the former."""
+    most = allowed(ended).value
+    if not most:
+        return NO_FIGURE
+    hits = sum(map(right, records(ended)))
+    low, high = clopper_pearson(hits, len(ended))
+    value = hits / len(ended) / most
+    return Figure(value, f"{value:.3f} ({low / most:.3f} to {high / most:.3f})")
 
 
 def covered(ended: Sequence[Ended]) -> Figure:
@@ -75,16 +80,12 @@ def covered(ended: Sequence[Ended]) -> Figure:
         if right(record):
             z = np.array([v for light in record["z"] for v in light], dtype=float)
             pairs.append((float((np.abs(np.nan_to_num(z, nan=np.inf)) <= Z95).sum()), len(z)))
-    return _ratio(np.array(pairs, dtype=float).reshape(-1, 2))
-
-
-def _ratio(pairs: np.ndarray) -> Figure:
-    """Sum over sum, with its error and 95 % bounds from the spread over (scenes, 2)."""
-    if not len(pairs) or not pairs[:, 1].sum():
+    if not pairs:
         return NO_FIGURE
-    value = float(pairs[:, 0].sum() / pairs[:, 1].sum())
-    error = float(np.sqrt(np.square(pairs[:, 0] - value * pairs[:, 1]).sum()) / pairs[:, 1].sum())
-    low, high = value - Z95 * error, value + Z95 * error
+    held, of = np.array(pairs).T
+    value = float(held.sum() / of.sum())
+    error = float(np.sqrt(np.square(held - value * of).sum()) / of.sum())
+    low, high = max(0.0, value - Z95 * error), min(1.0, value + Z95 * error)
     return Figure(value, f"{value:.3f} ({low:.3f} to {high:.3f})", error)
 
 

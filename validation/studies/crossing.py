@@ -20,7 +20,7 @@ NOISE, PLACES = 1, 0  # streams of random numbers
 GAIN = {2: 20.0, 3: 24.0}  # in chi-square that noise reaches once in a thousand searches (measured)
 APART = 5.0  # standard errors: what is nearer than that is no outlier
 SPREAD = 4.0  # errors at the bound that a light may be off and still be the one
-CENTRAL = (0.05, 0.95)  # quantiles of B between which its error is to be predicted
+CENTRAL = (0.05, 0.95)  # quantiles of what is lit between which its error is to be predicted
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ def ghosts(found: PointLights, room: Clean, bound: Bound, solid: bool) -> int:
 def sigma_off(answer: Localization, room: Clean, reading: Reading, far: NDArray[np.bool_]) -> float:
     """The largest relative error of the predicted standard error over the central B."""
     B = room.q.radiance[:, 0]
-    low, high = np.quantile(B, CENTRAL)
+    low, high = np.quantile(B[B > 0], CENTRAL)
     asked = reading.tells & ~far & (low <= B) & (high >= B)
     ratio = answer.sigma[asked, 0] / reading.sigma[asked, 0]
     return float(np.nanmax(np.abs(ratio - 1)))
