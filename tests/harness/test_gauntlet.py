@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+import typer
 from scipy.stats import norm
 
 from lightloc import (
@@ -16,6 +17,7 @@ from lightloc import (
     shading,
 )
 from lightloc.optics import columns
+from validation.commands import study as command
 from validation.commands.study import find
 from validation.judge import Further, countable, fitted
 from validation.judge.further import DRAWS
@@ -299,6 +301,14 @@ def test_the_gauntlet_is_studies_that_are_there():
     assert len(find("null").names(100)) == 2400
     assert len(find("crossed").names(67)) >= 600 and len(find("counts").names(38)) >= 300
     assert len(find("faults").names(25)) == 25 * len(faults.MODELS)
+
+
+def test_one_name_runs_them_all_and_each_once(tmp_path, monkeypatch):
+    ran: list[str] = []
+    monkeypatch.setattr(command, "_study", lambda study, *rest: ran.append(study.name) or 0)
+    with pytest.raises(typer.Exit):
+        command.study_command(["gauntlet", "null"], tmp_path, None, [], 0, None)
+    assert ran == list(GROUPS["gauntlet"])
 
 
 @pytest.mark.slow
