@@ -71,7 +71,7 @@ STUDY = Study(
     name="counts",
     title="How many lights there may be",
     question="Do the counts of lights that an answer allows at 95 % hold the true one, with one to "
-    "eight lights and 1 % noise? And are they no more than those of a profile likelihood that "
+    "eight lights at 1 and 3 % noise? And are they no more than those of a profile likelihood that "
     "starts from the truth?",
     per_row=38,
     names=lambda per_row: numbered([f"lights-{k}" for k in LIGHTS], per_row),

@@ -16,6 +16,7 @@ from validation.studies.scenes import parts
 from validation.studies.trial import Trial, judged
 
 SEED = 83_011
+NOISES = (0.01, 0.03)  # as `ONE_PERCENT` is
 MORE = 2  # lights that the profile adds to the true ones
 UNLIKELY = float(chi2.ppf(1 - ALPHA, 1))  # a difference in chi-square beyond which a count is out
 
@@ -37,11 +38,12 @@ class CountsTrial(Trial):
 
 
 def counts(name: str) -> CountsTrial:
-    """One room: ``lights-4-017``. Two and three dimensions, stated and unknown errors in turn."""
+    """One room: ``lights-4-017``. Dimensions, stated and unknown errors, and noises take turns."""
     (_, lights), number = parts(name)
     d, stated = 2 + number % 2, number // 2 % 2 == 0
     rng = np.random.default_rng([SEED, int(lights), number])
-    room = explained(empty(d, int(lights), rng), d, rng)
+    noise = NOISES[number // 4 % len(NOISES)]
+    room = explained(empty(d, int(lights), rng), d, rng, noise)
     q = room.told(stated)
     clock = time.perf_counter()
     answer = localize(q, room.geometry)

@@ -1,4 +1,4 @@
-"""Rooms whose data are fully explained: diffuse, 1 % noise, and nothing is as it should not be."""
+"""Rooms whose data are fully explained: diffuse, and nothing but noise is in the way."""
 
 from __future__ import annotations
 
@@ -11,11 +11,13 @@ from numpy.typing import NDArray
 from lightloc import Geometry, Observations, Options, Outline, PointLights
 from validation.rooms import Blocks, shot_noise
 from validation.studies.crossed_rooms import Clean, flat, solid
-from validation.studies.scenes import noise_of
+from validation.studies.scenes import ONE_PERCENT, noise_of
 
 ALPHA = 0.05  # the probability of a light that is not there, asked for
-GRIDS = {2: (32, 32, 1), 3: (13, 13, 11)}  # places of a further light along each axis
-OFF = 0.05  # of the room's size: how near to a surface it may be
+GRIDS = {2: (40, 40, 1), 3: (13, 13, 11)}  # places of a further light along each axis
+OFF = 0.05  # of the longest side: how near to a surface they are,
+NEAR = (0.01, 0.02, 0.04)  # but for some before surfaces: noise gains most where few points see it
+BEFORE = 400  # of them, at each of these distances
 
 Array = NDArray[np.float64]
 Rng = np.random.Generator
@@ -61,7 +63,16 @@ class Explained:
             for a, b, n in zip(low, high, GRIDS[self.dimensions], strict=True)
         ]
         grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-        return grid[free(self.geometry, grid, OFF * float((high - low).max()))]
+        side = float((high - low).max())
+        some = slice(None, None, -(-len(self.q) // BEFORE))
+        x, normals = self.q.positions[some], self.q.normals[some]
+        before = np.concatenate([x + off * side * normals for off in NEAR])
+        return np.concatenate(
+            [
+                grid[free(self.geometry, grid, OFF * side)],
+                before[free(self.geometry, before, NEAR[0] / 2 * side)],
+            ]
+        )
 
 
 def empty(dimensions: int, lights: int, rng: Rng) -> Clean:
@@ -70,10 +81,10 @@ def empty(dimensions: int, lights: int, rng: Rng) -> Clean:
     return make("diffuse", int(rng.integers(2)), lights, rng)
 
 
-def explained(room: Clean, dimensions: int, rng: Rng) -> Explained:
-    """The room with 1 % noise."""
+def explained(room: Clean, dimensions: int, rng: Rng, noise: float = ONE_PERCENT) -> Explained:
+    """The room with noise, 1 % where nothing else is asked for."""
     B = room.q.radiance
-    sigma = shot_noise(B, noise_of(room.q))
+    sigma = shot_noise(B, noise_of(room.q, noise))
     seen = room.q.with_radiance(B + sigma * rng.normal(size=B.shape), sigma)
     return Explained(seen, room.lights, room.geometry, room.size, dimensions)
 
