@@ -10,7 +10,6 @@ For other rooms, in pipeline order:
 - `is_solved`: whether all lights are found, and nothing else.
 - `within`: probability that the best unbiased estimate would be within tolerances.
 - `countable`: probability that every light would stand out of the noise.
-- `Fitted`: what a fit from given lights came to.
 - `fitted`: makes one, from the truth as a rule.
 - `Further`: where one light more could be, and what noise lets it gain.
 - `judge_sphere`: B itself, against the integrating sphere's closed form.
@@ -19,7 +18,7 @@ For other rooms, in pipeline order:
 from validation.judge.ceiling import countable, within
 from validation.judge.further import Further
 from validation.judge.match import RADIUS, Comparison, Pair, compare
-from validation.judge.oracle import Fitted, fitted
+from validation.judge.oracle import fitted
 from validation.judge.solved import Tolerance, is_solved
 from validation.judge.sphere import judge_sphere
 
@@ -32,7 +31,6 @@ __all__ = [
     "is_solved",
     "within",
     "countable",
-    "Fitted",
     "fitted",
     "Further",
     "judge_sphere",
