@@ -174,7 +174,7 @@ def localize(
 
     def look(region: Region, glance: bool) -> Localization:
         ground = Ground.of(direct, geometry, region.bounds, o, seed)
-        criterion = Criterion.of(o, ground.gain)
+        criterion = Criterion.of(o, ground.chance)
         if glance:
             one = replace(o, most_lights=1)
             return searched(direct, ground, one, criterion, silent, rough=True)
@@ -254,7 +254,7 @@ def by_rounds(
     watch: Callable[[Step], None],
 ) -> Localization:
     """Search what footnote 1 leaves, then what rendered light leaves."""
-    criterion = Criterion.of(o, ground.gain)
+    criterion = Criterion.of(o, ground.chance)
     removed = criterion.after_removal()
 
     def search(rest: Observations, start: PointLights | None) -> Localization:

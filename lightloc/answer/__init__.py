@@ -15,6 +15,7 @@ For other rooms, in pipeline order:
 - `mirrored`: a light's mirror image would look the same.
 - `hidden`: a part of the region that nothing observed sees.
 - `spread_out`: lights that have a width.
+- `uncounted`: several numbers of lights are allowed.
 - `unexplained`: what is left is more than noise.
 - `Where`: a sort of places in which outliers lie.
 - `Outliers`: those of one sort.
@@ -40,6 +41,7 @@ from lightloc.answer.verdicts import (
     mirrored,
     spread_out,
     too_few,
+    uncounted,
     unexplained,
 )
 
@@ -57,6 +59,7 @@ __all__ = [
     "mirrored",
     "hidden",
     "spread_out",
+    "uncounted",
     "unexplained",
     "Where",
     "Outliers",

@@ -119,11 +119,14 @@ class Count:
         How likely that number is beside the likeliest, if the model and the standard errors are
         right: ``exp(-d / 2)`` with d the difference in chi-square, each light being charged what
         it must gain.
+    allowed : bool
+        Whether the observations allow that number: from the lights that are claimed to those that
+        gain what chance gains once in twenty searches.
 
     Examples
     --------
     >>> from lightloc import Count, PointLights
-    >>> one = Count(PointLights([[0, 0, 2]], [10.0]), chi2=1.02, likely=1.0)
+    >>> one = Count(PointLights([[0, 0, 2]], [10.0]), chi2=1.02, likely=1.0, allowed=True)
     >>> len(one.lights)
     1
     """
@@ -131,3 +134,4 @@ class Count:
     lights: PointLights
     chi2: float
     likely: float
+    allowed: bool

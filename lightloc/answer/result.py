@@ -193,6 +193,12 @@ class Localization:
         return self.lights.power
 
     @property
+    def possible(self) -> tuple[int, ...]:
+        """The numbers of lights that the observations allow, with a probability of 95 %."""
+        also = {len(count.lights) for count in self.counts if count.allowed}
+        return tuple(sorted(also | {len(self.lights)}))
+
+    @property
     def outliers(self) -> int:
         """The number of residuals that lie beyond `Options.outlier` standard errors."""
         return int(self.noise.outliers.sum())

@@ -75,7 +75,12 @@ def plain(found: Mapping[str, Any]) -> dict[str, Any]:
             for group in found["outlying"]
         ],
         "counts": [
-            {"lights": len(c.lights), "chi2": known(c.chi2), "likely": known(c.likely)}
+            {
+                "lights": len(c.lights),
+                "chi2": known(c.chi2),
+                "likely": known(c.likely),
+                "allowed": c.allowed,
+            }
             for c in found["counts"]
         ],
         "relative": found["relative"],
@@ -177,7 +182,10 @@ def read(path: str | Path) -> dict[str, Any]:
             for i, group in enumerate(answer["outlying"])
         ),
         "counts": tuple(
-            Count(lights(f"counts.{i}."), c["chi2"], c["likely"]) for i, c in enumerate(counts)
+            Count(
+                lights(f"counts.{i}."), c["chi2"], c["likely"], c.get("allowed", c["likely"] == 1)
+            )
+            for i, c in enumerate(counts)
         ),
         "assumed": tuple(Assumption[name] for name in answer["assumed"]),
         "way": Way[answer["way"]],

@@ -54,6 +54,7 @@ class Kind(Enum):
     NOISE = "the noise is not as large as the standard errors say"
     ASSUMED = "the answer hangs on an assumption that nothing seen confirms"
     UNCERTAIN = "a position or an intensity is poorly determined"
+    COUNT = "the observations allow more lights than are claimed"
     CLUSTER = "what was found as one light may be several, or several may be one"
     EXTENDED = "a light is wide, or several close together"
     MIRROR = "the mirror image of a light would look the same"
@@ -62,7 +63,7 @@ class Kind(Enum):
     HIDDEN = "a light in some part of the region would reach no observation"
 
 
-DECISIVE = frozenset({Kind.TOO_FEW, Kind.UNCERTAIN, Kind.MIRROR, Kind.BORDER})
+DECISIVE = frozenset({Kind.TOO_FEW, Kind.COUNT, Kind.UNCERTAIN, Kind.MIRROR, Kind.BORDER})
 """Verdicts that leave an answer undecided."""
 
 
@@ -99,6 +100,14 @@ def too_few(problem: Problem, lights: PointLights) -> list[Verdict]:
         return []
     said = f"{lit} lit observation(s) can't decide {unknown} unknowns."
     return [Verdict(Kind.TOO_FEW, tuple(range(len(lights))), said)]
+
+
+def uncounted(possible: Sequence[int]) -> list[Verdict]:
+    """Several numbers of lights are allowed."""
+    if len(possible) < 2:
+        return []
+    said = f"The observations allow {possible[0]} to {possible[-1]} lights (95 %)."
+    return [Verdict(Kind.COUNT, (), said)]
 
 
 def unexplained(fit: Fit, problem: Problem, tried: int, share: float | None = None) -> Verdict:

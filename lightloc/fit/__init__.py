@@ -41,11 +41,12 @@ For other rooms, in pipeline order:
 - `inseparable`: pairs of lights that can't be told apart.
 - `resolution`: how near two lights may be and still look like one.
 - `Likelihood`: how probable residuals are.
+- `Chance`: what a light gains by chance.
 - `Criterion`: decides which fit is better, and when it is enough.
 """
 
 from lightloc.fit.batched import Indirect, Tie, Unknown
-from lightloc.fit.criterion import Criterion, Likelihood
+from lightloc.fit.criterion import Chance, Criterion, Likelihood
 from lightloc.fit.information import (
     Bound,
     covariance_of,
@@ -128,5 +129,6 @@ __all__ = [
     "inseparable",
     "resolution",
     "Likelihood",
+    "Chance",
     "Criterion",
 ]

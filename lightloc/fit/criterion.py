@@ -32,9 +32,8 @@ out: once indirect light was removed, and where the model proves wrong."""
 ESTIMATED = 1.3
 """Chi-square per residual that noise is allowed where the errors are estimates themselves."""
 
-BY_CHANCE = 20.0
-"""Gain in chi-square that one search in a thousand finds where no light is, about: a search
-simulates it."""
+COUNTED = 0.05
+"""Probability that a count of lights is not among those that are allowed."""
 
 LUCK = 2.0
 """Standard deviations of chi-square above its mean at which a fit is looked at again."""
@@ -83,6 +82,32 @@ class Likelihood:
 
 
 @dataclass(frozen=True)
+class Chance:
+    """The largest gain in chi-square that a light has where there is none: Gumbel's law.
+
+    Parameters
+    ----------
+    middle, width
+        Its mode and its scale. A search simulates them in the room at hand; these are typical.
+
+    Examples
+    --------
+    >>> round(Chance().gain(0.001), 1), round(Chance().gain(0.05), 1)
+    (20.1, 13.8)
+    """
+
+    middle: float = 9.0
+    width: float = 1.6
+
+    def gain(self, probability: float) -> float:
+        """What is gained, or more, with so small a probability."""
+        return float(self.middle - self.width * np.log(-np.log1p(-probability)))
+
+
+TYPICAL = Chance()
+
+
+@dataclass(frozen=True)
 class Criterion:
     """What decides.
 
@@ -94,6 +119,8 @@ class Criterion:
         Least gain in chi-square that no noise leaves, in units of the noise.
     unlikely
         Standard deviations by which chi-square may exceed its mean and still be explained by noise.
+    lenient
+        The same for a light that is thought possible.
     shared
         Least gain in chi-square per residual.
     """
@@ -101,17 +128,19 @@ class Criterion:
     likelihood: Likelihood
     gain: float
     unlikely: float
+    lenient: float
     shared: float = 0.0
 
     @staticmethod
-    def of(o: Options, gain: float = BY_CHANCE) -> Criterion:
-        """The one that a user's options ask for; ``gain`` as `Criterion` has it."""
+    def of(o: Options, chance: Chance = TYPICAL) -> Criterion:
+        """The one that a user's options ask for."""
         known = o.noise == "given"
         typical = 1.0 if known else ESTIMATED
         likelihood = Likelihood(
             scale=o.outlier, known=known, lawful=o.noise == "estimate", typical=typical
         )
-        return Criterion(likelihood, gain, o.unlikely)
+        gain, lenient = chance.gain(o.false_alarm), chance.gain(max(o.false_alarm, COUNTED))
+        return Criterion(likelihood, gain, o.unlikely, lenient)
 
     def after_removal(self) -> Criterion:
         """The same for what is left once indirect light was removed."""
@@ -168,6 +197,11 @@ class Criterion:
             if self.is_worth(problem, best, fit, errors):
                 best = fit
         return best
+
+    def allowed(self, problem: Problem, fits: Sequence[Fit], claimed: int) -> range:
+        """The counts of lights from what is claimed to what is thought possible."""
+        easy = replace(self, gain=self.lenient)
+        return range(claimed, max(claimed, len(easy.chosen(problem, fits))) + 1)
 
     def likely(self, problem: Problem, fits: Sequence[Fit]) -> list[float]:
         """How likely each fit's count of lights is beside the likeliest of all.

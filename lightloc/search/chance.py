@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lightloc.fit import Problem
+from lightloc.fit import Chance, Problem
 from lightloc.search.dictionary import Dictionary
 
 DRAWS = 200
@@ -19,8 +19,8 @@ SEED = 1998
 """Of that noise, the same in every search."""
 
 
-def gain_by_chance(problem: Problem, dictionary: Dictionary, false_alarm: float) -> float:
-    """The gain in chi-square that the best place for a light has by chance so rarely.
+def by_chance(problem: Problem, dictionary: Dictionary) -> Chance:
+    """The gain in chi-square that the best place for a light has where only noise is left.
 
     ``dictionary`` is over ``problem``, whose radiance is not looked at. Each draw is in units of
     its own size, as noise is where nobody knows it.
@@ -36,4 +36,4 @@ def gain_by_chance(problem: Problem, dictionary: Dictionary, false_alarm: float)
     top = gains.max(axis=0)
     width = np.sqrt(6) / np.pi * top.std(ddof=1)
     middle = top.mean() - np.euler_gamma * width
-    return float(middle - width * np.log(-np.log1p(-false_alarm)))
+    return Chance(float(middle), float(width))

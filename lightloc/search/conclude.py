@@ -17,6 +17,7 @@ from lightloc.answer import (
     mirrored,
     spread_out,
     too_few,
+    uncounted,
     unexplained,
 )
 from lightloc.fit import Fit, Problem, errors_at, level_of, resolution, robust
@@ -46,6 +47,7 @@ def concluded(
         *hidden(view.dictionary.grid, view.dictionary.unseen, problem.geometry, problem.axes),
         *spread_out(wide.width, problem.unit),
     ]
+    counts = tried(ladder, wide.points, count)
     few = any(verdict.kind is Kind.TOO_FEW for verdict in verdicts)
     if not len(lights) and few:
         reason = Reason.UNDECIDED
@@ -56,6 +58,7 @@ def concluded(
         reason = Reason.DARK
     else:
         reason = Reason.EXTENDED if wide.width.any() else Reason.CONVERGED
+        verdicts += uncounted([len(one.lights) for one in counts if one.allowed])
     found = localization(
         q,
         problem,
@@ -69,12 +72,12 @@ def concluded(
         width=wide.width,
         certificate=peak,
         verdicts=tuple(verdicts),
-        counts=tried(ladder, wide.points),
+        counts=counts,
     )
     return judged(found, problem, o)
 
 
-def tried(ladder: Ladder, points: PointLights) -> tuple[Count, ...]:
+def tried(ladder: Ladder, points: PointLights, claimed: int) -> tuple[Count, ...]:
     """The best of each count of point lights, with the answer's own points in their place.
 
     Not of counts whose last lights only fed an error of the model.
@@ -87,4 +90,6 @@ def tried(ladder: Ladder, points: PointLights) -> tuple[Count, ...]:
     chi2 = [robust(one.residual / level, scale) / problem.rows for one in fits]
     lights = [points if len(one) == len(points) else one.lights for one in fits]
     likely = criterion.likely(problem, fits)
-    return tuple(Count(*each) for each in zip(lights, chi2, likely, strict=True))
+    possible = criterion.allowed(problem, fits, claimed)
+    allowed = [len(one) in possible for one in fits]
+    return tuple(Count(*each) for each in zip(lights, chi2, likely, allowed, strict=True))

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from lightloc.answer import Step
 from lightloc.fields import Grid
-from lightloc.fit import Criterion, Problem, is_exact, working_sigma
+from lightloc.fit import Chance, Criterion, Problem, is_exact, working_sigma
 from lightloc.given import Geometry, Observations, Options
 from lightloc.optics import reflected_ambient, surfels
-from lightloc.search.chance import gain_by_chance
+from lightloc.search.chance import by_chance
 from lightloc.search.dictionary import Dictionary, atoms_at
 from lightloc.search.view import View
 
@@ -37,8 +37,8 @@ class Ground:
         S at the grid's positions.
     is_open
         Whether nothing comes between any of them and any position of the grid.
-    gain
-        What chance gains as rarely as a false alarm may be raised.
+    chance
+        What a light gains by chance alone.
     """
 
     whole: Problem
@@ -46,7 +46,7 @@ class Ground:
     sampled: Problem
     dictionary: Dictionary
     is_open: bool
-    gain: float
+    chance: Chance
 
     @staticmethod
     def of(
@@ -70,8 +70,8 @@ class Ground:
         cells = o.cells_2d if len(whole.axes) == 2 else o.cells
         dictionary = Dictionary.over(sampled, Grid.over(whole.bounds, cells))
         is_open = geometry is None or not occludes(sampled, dictionary)
-        gain = gain_by_chance(sampled, dictionary, o.false_alarm)
-        return Ground(whole, some, sampled, dictionary, is_open, gain)
+        chance = by_chance(sampled, dictionary)
+        return Ground(whole, some, sampled, dictionary, is_open, chance)
 
     def view(
         self,

@@ -77,7 +77,7 @@ def best_one(
     q = q.with_radiance(found.direct, wide)
     o_wide = replace(o, noise="given", most_lights=1)
     ground = Ground.of(q, geometry, bounds, o_wide, seed)
-    view = ground.view(ground.whole, o_wide, Criterion.of(o_wide, ground.gain))
+    view = ground.view(ground.whole, o_wide, Criterion.of(o_wide, ground.chance))
     one = single(view)
     if one is None:
         return found

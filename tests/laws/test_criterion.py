@@ -125,7 +125,7 @@ def test_the_few_have_no_say_about_a_further_light(share):
 
 def test_a_likelihood_is_a_value(problem, fit):
     """Another likelihood, with no room for wild values, decides otherwise."""
-    strict = Criterion(Likelihood(few=0.0), CRITERION.gain, CRITERION.unlikely)
+    strict = replace(CRITERION, likelihood=Likelihood(few=0.0))
     z = noise()
     z[np.argsort(where(problem)[:, 0])[: round(0.5 * FEW * N)]] = WILD
     assert CRITERION.is_explained(problem, fit(z))
