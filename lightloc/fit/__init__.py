@@ -10,6 +10,7 @@ For other rooms, in pipeline order:
 - `level_of`: the standard deviation of residuals, outliers left out.
 - `estimated_level`: the same where sigma is only presumed.
 - `law_of`: sigma as a function of B, where it is one.
+- `MOST_OUTLIERS`: the largest share of outliers that is allowed.
 - `Law`: how large the noise of B is, estimated.
 - `outside`: which residuals are outliers, and what share.
 - `cauchy`: Cauchy's loss, and the weight that it gives.
@@ -56,7 +57,7 @@ from lightloc.fit.information import (
     jacobian,
     resolution,
 )
-from lightloc.fit.law import Law, outside
+from lightloc.fit.law import MOST_OUTLIERS, Law, outside
 from lightloc.fit.levenberg import (
     AT_HAND,
     FIRST_DAMPING,
@@ -98,6 +99,7 @@ __all__ = [
     "level_of",
     "estimated_level",
     "law_of",
+    "MOST_OUTLIERS",
     "Law",
     "outside",
     "cauchy",

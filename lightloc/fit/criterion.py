@@ -231,9 +231,19 @@ class Criterion:
         return bool(self.shared or correlation(fit.residual * ~wild, pairs) < self.unlikely)
 
     def is_clean(self, problem: Problem, fit: Fit) -> bool:
-        """The same, with none left out: what is systematic does not hide among the few."""
+        """The same, with none left out: what is systematic does not hide among the few.
+
+        Where errors follow a law, outliers are part of it.
+        """
         most = self.likelihood.typical + self.unlikely * np.sqrt(2 / problem.rows)
-        return bool(fit.cost < most * problem.rows)
+        return bool(self.squares(fit) < most * problem.rows)
+
+    def squares(self, fit: Fit) -> float:
+        """Robust chi-square; where errors follow a law, without the outliers."""
+        if not self.likelihood.lawful:
+            return fit.cost
+        _, core = outside(fit.residual)
+        return float(np.square(fit.residual)[core > RATHER].sum())
 
     def is_outshone(self, problem: Problem, fit: Fit) -> bool:
         """Whether more observations are far brighter than the lights make them than are far from

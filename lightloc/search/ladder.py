@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lightloc.answer import Step
-from lightloc.fit import Fit
+from lightloc.fit import MOST_OUTLIERS, Fit
 from lightloc.search.view import View
 
 STALLED, SHARE = 6, 0.25
@@ -17,7 +17,7 @@ WRONG, LITTLE = 0.15, 0.45
 """Of B, in the median: what a wrong model could leave; the share that the last light before those
 must not leave."""
 
-KEPT = 0.9
+KEPT = 1 - MOST_OUTLIERS
 """Share of the residuals that tell what lights leave."""
 
 
@@ -87,7 +87,7 @@ def adapted(view: View, fits: tuple[Fit, ...], stalled: int) -> int | None:
     """
     last, tight = fits[-1], view.tight
     before = [fit for fit in fits[1:] if len(fit) <= len(last) - stalled]
-    if view.rough or not before or min(fit.cost for fit in fits) < tight.rows:
+    if view.rough or not before or min(view.criterion.squares(fit) for fit in fits) < tight.rows:
         return None
     B = np.maximum(tight.radiance, 0)
     off = np.abs(last.residual) * tight.sigma / (B + WRONG * B.mean())
@@ -102,7 +102,7 @@ def adapted(view: View, fits: tuple[Fit, ...], stalled: int) -> int | None:
 def left(more: Fit, fewer: Fit) -> float:
     """The share that so many lights leave of the squares that fewer had left.
 
-    Without the largest tenth: outliers stay whatever lights there are.
+    Without the largest fifth: outliers stay whatever lights there are.
     """
     squares = [np.sort(np.square(fit.residual).ravel()) for fit in (more, fewer)]
     kept = round(KEPT * squares[0].size)

@@ -90,7 +90,7 @@ def test_errors_of_the_law_are_honest():
 
 
 def test_channels_have_laws_of_their_own():
-    M, sigma, left, _ = drawn("relative", 0.0)
+    M, _, left, _ = drawn("relative", 0.0)
     law = law_left(np.hstack([left, 10 * left]), np.hstack([M, M]))
     one, ten = law.sigma(np.hstack([M, M])).T
     np.testing.assert_allclose(ten, 10 * one, rtol=1e-3)
