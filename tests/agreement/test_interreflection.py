@@ -95,6 +95,18 @@ def test_same_paths(load):
     assert np.median(np.abs(elsewhere / here - 1)) > 0.05  # negative control: other paths
 
 
+def test_a_light_that_is_moved_is_as_one_put_there(load):
+    """The geometry moves one light about in a scene that it builds once; H does not know of it."""
+    room = load("box_two")
+    q = render.observe(room, points=128, seed=0, transport="direct")
+    p = room.lights.positions
+    both, _ = room.geometry.interreflection(p, q, 16, 2)
+    anew, _ = load("box_two").geometry.interreflection(p[:1], q, 16, 2)
+    assert (both[:, :1] == anew).all()
+    assert (both[:, 1:] != anew).any()  # negative control: the light was moved
+    assert (room.geometry.interreflection(p, q, 16, 2)[0] == both).all()
+
+
 def test_a_geometry_renders_what_a_function_gives(load):
     """``indirect=N`` is the geometry's own rendering: the answer of `render.interreflected`."""
     room = load("box_two")
