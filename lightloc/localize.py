@@ -23,6 +23,9 @@ from lightloc.fit import Criterion, Fit, Problem, is_exact, presumed, without_bl
 from lightloc.given import Geometry, Observations, Options, PointLights, remove_known
 from lightloc.interreflection import (
     Indirect,
+    Room,
+    Source,
+    glanced,
     less_background,
     remove_indirect,
     rendering,
@@ -223,24 +226,35 @@ def by_rounds(
     direct: Observations,
     ground: Ground,
     o: Options,
-    indirect: Indirect,
+    source: Source,
     watch: Callable[[Step], None],
 ) -> Localization:
-    """Search what footnote 1 leaves, then what rendered light leaves."""
-    removed = Criterion.of(o).after_removal()
+    """Search a guess at the direct light, then what rendered light leaves.
 
-    def search(rest: Observations, start: PointLights | None) -> Localization:
-        if start:
-            return searched(rest, ground, o, Criterion.of(o), watch, start)
-        # whether the model is wrong shows only once indirect light is rendered
-        found = searched(rest, ground, o, removed, watch, rough=True)
-        # finding no light at this rough stage is no answer
-        return found if len(found.lights) else searched(rest, ground, o, removed, watch)
+    First over a sample and with few paths, where that is cheaper.
+    """
+    some = ground.some
+    few = None if some is None else source.glance(some)
+    small = ground if few is None else ground.of_sample()
+    guess = direct if few is None else direct.at(some)
+    removed = Criterion.of(o).after_removal()
+    # whether the model is wrong shows only once indirect light is rendered
+    found = searched(guess, small, o, removed, watch, rough=True)
+    if not len(found.lights):  # finding no light at this rough stage is no answer
+        found = searched(direct, ground, o, removed, watch)
+
+    def room(q: Observations, ground: Ground, source: Source, rough: bool) -> Room:
+        def search(rest: Observations, start: PointLights) -> Localization:
+            return searched(rest, ground, o, Criterion.of(o), watch, start, rough)
+
+        return Room.of(q, ground.whole, source, search, o)
 
     def certificate(problem: Problem, fit: Fit) -> float:
         return ground.view(problem, o, Criterion.of(o)).certificate(problem, fit)[0]
 
-    return rounds(whole, direct, ground.whole, indirect, search, certificate, o, watch)
+    if few is not None:
+        found = glanced(found, room(whole.at(some), small, few, True), o)
+    return rounds(found, room(whole, ground, source, False), certificate, o, watch)
 
 
 def silent(step: Step) -> None:

@@ -68,6 +68,12 @@ class Ground:
         is_open = geometry is None or not occludes(sampled, dictionary)
         return Ground(whole, some, sampled, dictionary, is_open)
 
+    def of_sample(self) -> Ground:
+        """The same with the sample as all that there is."""
+        if self.some is None:
+            return self
+        return replace(self, whole=self.whole.rows_of(self.some), some=None)
+
     def view(
         self,
         whole: Problem,

@@ -101,7 +101,7 @@ def test_a_light_that_is_moved_is_as_one_put_there(load):
     q = render.observe(room, points=128, seed=0, transport="direct")
     p = room.lights.positions
     both, _ = room.geometry.interreflection(p, q, 16, 2)
-    anew, _ = load("box_two").geometry.interreflection(p[:1], q, 16, 2)
+    anew, _ = render.load("box_two").geometry.interreflection(p[:1], q, 16, 2)
     assert (both[:, :1] == anew).all()
     assert (both[:, 1:] != anew).any()  # negative control: the light was moved
     assert (room.geometry.interreflection(p, q, 16, 2)[0] == both).all()

@@ -24,7 +24,14 @@ from lightloc.fit.criterion import Criterion
 from lightloc.fit.information import resolution
 from lightloc.fit.problem import Problem
 from lightloc.interreflection.all_light import Split
-from lightloc.interreflection.rendered import MOST_ROUNDS, movement, order_like, rounds
+from lightloc.interreflection.rendered import Function, Paths, Rendered
+from lightloc.interreflection.rounds import (
+    MOST_ROUNDS,
+    Room,
+    movement,
+    order_like,
+    rounds,
+)
 from lightloc.search.ground import Ground
 
 POINTS = 1000
@@ -72,7 +79,9 @@ def found_in(room: render.Room, q: Observations, first: Observations, indirect, 
     def certificate(problem, fit):
         return ground.view(problem, o, Criterion.of(o)).certificate(problem, fit)[0]
 
-    return rounds(q, first, ground.whole, indirect, search, certificate, o)
+    source = Function(indirect, np.ones(len(q), bool))
+    made = Room.of(q, ground.whole, source, search, o)
+    return rounds(search(first, None), made, certificate, o)
 
 
 def start(q: Observations, share: float = 0.9) -> Observations:
