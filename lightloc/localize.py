@@ -15,6 +15,7 @@ from lightloc.answer import (
     Step,
     Way,
     among,
+    hardly_gathered,
     in_the_unit,
     with_unknowns,
 )
@@ -22,9 +23,11 @@ from lightloc.backend import one_blas_thread
 from lightloc.fit import Criterion, Fit, Problem, is_exact, presumed, without_black, working_sigma
 from lightloc.given import Geometry, Observations, Options, PointLights, remove_known
 from lightloc.interreflection import (
+    Choice,
     Indirect,
     Room,
     Source,
+    chosen,
     glanced,
     less_background,
     remove_indirect,
@@ -55,7 +58,7 @@ def localize(
     bounds: ArrayLike | None = None,
     options: Options | Paper | None = None,
     surface: Surface | None = None,
-    indirect: Indirect | int | None = None,
+    indirect: Indirect | int | Literal["gathered"] | None = None,
     seed: int = 0,
     watch: Callable[[Step], None] = lambda step: None,
 ) -> Localization:
@@ -81,13 +84,15 @@ def localize(
     surface : Surface, optional
         Distances along the observed surface, for "paper" alone. Where None, they are taken along
         the walls of a 2D scene, and else over neighbouring observations.
-    indirect : int or callable, optional
-        How the interreflected light of the lights found is rendered, for "search" alone: a number
-        of paths per observation and light, which ``geometry`` then traces (see `Interreflecting`),
-        or a function as `render.interreflected` gives it. What is rendered is subtracted and the
-        search repeated, until the lights no longer move; that works for any BRDF. Where None,
-        interreflected light is gathered from the observations alone, as by `remove_indirect`; that
-        works where the room is largely diffuse, and not for irradiance.
+    indirect : int, callable or "gathered", optional
+        How interreflected light is treated, for "search" alone: rendered for the lights found,
+        subtracted, and the search repeated until the lights no longer move, which works for any
+        BRDF and any view; or "gathered" from the observations and subtracted first, as by
+        `remove_indirect`, which works where the room is largely diffuse and observed almost
+        everywhere, and not for irradiance. A number is that of paths per observation and light,
+        which ``geometry`` then traces (see `Interreflecting`); a function, as
+        `render.interreflected` gives it, renders by itself. Where None, it is gathered where that
+        works and else rendered if the geometry can; the answer's ``way`` and ``why`` say which.
     seed : int
         Seed of the sample of observations, of the gathering rays and of the rendered paths; same
         seed, same result.
@@ -105,13 +110,13 @@ def localize(
         If the method is neither of the two or the options are the other's; if ``bounds`` has
         another shape, is not finite, or its upper corner is below its lower; if "paper" is given
         RGB radiance or an unknown sigma; if all observations are saturated; or if interreflected
-        light is to be removed and there is no geometry, the geometry can't render as ``indirect``
-        asks, or the observations are irradiance and there is no ``indirect``.
+        light is to be removed and there is no geometry, or the geometry can't render where that is
+        asked for, the observations are irradiance, or some are saturated.
 
     Notes
     -----
     The problem of section 3.1. "paper" is the algorithm of sections 4 and 5; interreflected light
-    is removed as footnote 1 says. ``indirect`` is ours.
+    is removed as footnote 1 says. Rendering it is ours.
 
     Examples
     --------
@@ -137,23 +142,18 @@ def localize(
     if isinstance(o, Options) and seen.sigma is None:
         seen, o = presumed(seen), replace(o, noise="estimate")
     region = Region.of(observations, geometry, bounds)
-    direct, way, columns = seen, Way.DIRECT, None
+    direct, source, choice = seen, None, Choice(Way.DIRECT, "")
     if seen.interreflected:
-        meters = seen.quantity == "irradiance" and indirect is not None
-        direct = less_background(seen) if meters else without_indirect(seen, geometry, seed)
-        way = Way.GATHERED
-        if indirect is not None:
-            columns, way = rendering(indirect, geometry, seen, used, seed), Way.RENDERED
-        elif not used.all():
-            raise ValueError(
-                "footnote 1 would gather from points that are saturated; give indirect, to render "
-                "interreflected light"
-            )
+        choice = treatment(o, seen, geometry, used, indirect, seed)
+        if choice.way is Way.RENDERED:
+            source = rendering(indirect, geometry, seen, used, seed)
+        direct = guess(seen, geometry, seed) if source else remove_indirect(seen, geometry, seed)
 
     def answered(found: Localization) -> Localization:
         known = () if rest is measured else (Assumption.KNOWN_LIGHT,)
         told = in_the_unit(among(with_unknowns(found), used), observations)
-        return replace(told, way=way, assumed=(*told.assumed, *known))
+        told = replace(told, way=choice.way, why=choice.why, assumed=(*told.assumed, *known))
+        return hardly_gathered(told) if choice.doubtful else told
 
     if isinstance(o, Paper):
         if surface is not None and not used.all():
@@ -168,9 +168,9 @@ def localize(
             return searched(direct, ground, one, Criterion.of(o), silent, rough=True)
         if not seen.interreflected:
             return searched(direct, ground, o, Criterion.of(o), watch)
-        if columns is None:
+        if source is None:
             return searched(direct, ground, o, Criterion.of(o).after_removal(), watch)
-        return by_rounds(seen, direct, ground, o, columns, watch)
+        return by_rounds(seen, direct, ground, o, source, watch)
 
     with one_blas_thread():
         region, found = widened(look, region, seen, geometry, may=bounds is None)
@@ -182,7 +182,7 @@ def settings(
     method: str,
     options: Options | Paper | None,
     surface: Surface | None,
-    indirect: Indirect | int | None,
+    indirect: Indirect | int | str | None,
 ) -> Options | Paper:
     """The method's options; raises ValueError where something belongs to the other method."""
     if method not in METHODS:
@@ -190,7 +190,11 @@ def settings(
     o = options or METHODS[method]()
     if not isinstance(o, METHODS[method]):
         raise ValueError(f"method '{method}' takes {METHODS[method].__name__} as its options")
-    if isinstance(o, Paper) and indirect is not None:
+    if isinstance(indirect, str) and indirect != GATHERED:
+        raise ValueError(
+            f"indirect is {indirect!r}; expected a number of paths, a function or 'gathered'"
+        )
+    if isinstance(o, Paper) and indirect not in (None, GATHERED):
         raise ValueError("method 'paper' renders no interreflected light; leave out indirect")
     if isinstance(o, Options) and surface is not None:
         raise ValueError("method 'search' takes no surface")
@@ -214,11 +218,34 @@ def looked_at(
     return observations if used.all() else observations.at(used), used
 
 
-def without_indirect(q: Observations, geometry: Geometry | None, seed: int) -> Observations:
-    """What footnote 1 leaves."""
+def treatment(
+    o: Options | Paper,
+    seen: Observations,
+    geometry: Geometry | None,
+    used: NDArray[np.bool_],
+    indirect: Indirect | int | str | None,
+    seed: int,
+) -> Choice:
+    """How interreflected light is to be treated: as asked, or else as the observations allow."""
+    if callable(indirect) or (indirect is not None and indirect != GATHERED):
+        return Choice(Way.RENDERED, "")
     if geometry is None:
         raise ValueError("interreflected light can't be removed without the geometry")
-    return remove_indirect(q, geometry, seed)
+    if indirect is None and isinstance(o, Options):
+        return chosen(seen, geometry, not used.all(), seed)
+    if not used.all():
+        raise ValueError(
+            "footnote 1 would gather from points that are saturated; give indirect, to render "
+            "interreflected light"
+        )
+    return Choice(Way.GATHERED, "")
+
+
+def guess(seen: Observations, geometry: Geometry | None, seed: int) -> Observations:
+    """About what is direct, where interreflected light is rendered later."""
+    if seen.quantity == "irradiance" or geometry is None:
+        return less_background(seen)
+    return remove_indirect(seen, geometry, seed)
 
 
 def by_rounds(
@@ -263,6 +290,9 @@ def silent(step: Step) -> None:
 
 METHODS: dict[str, type[Options] | type[Paper]] = {"search": Options, "paper": Paper}
 
+
+GATHERED = "gathered"
+"""Asks for footnote 1."""
 
 SILENT = 0.03
 """Chi-square per residual that float32's rounding leaves in exact observations (measured)."""

@@ -23,11 +23,12 @@ For other rooms, in pipeline order:
 - `localization`: builds a `Localization` from a fit.
 - `judged`: an answer with the verdicts that follow from its errors.
 - `with_unknowns`: an answer without the intensities that nothing tells.
+- `hardly_gathered`: an answer for which footnote 1 did not apply.
 - `at_border`: an answer some of whose lights lie at the border of the region.
 """
 
 from lightloc.answer.basis import Assumption, Count, Noise, NoiseLaw, Way
-from lightloc.answer.judge import MARGIN, at_border, judged, localization, with_unknowns
+from lightloc.answer.judge import MARGIN, at_border, hardly_gathered, judged, localization, with_unknowns
 from lightloc.answer.result import Localization, Reason, Step, among, in_the_unit
 from lightloc.answer.verdicts import (
     Kind,
@@ -61,5 +62,6 @@ __all__ = [
     "localization",
     "judged",
     "with_unknowns",
+    "hardly_gathered",
     "at_border",
 ]

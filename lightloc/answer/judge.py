@@ -139,6 +139,17 @@ def with_unknowns(found: Localization) -> Localization:
     )
 
 
+def hardly_gathered(found: Localization) -> Localization:
+    """The answer with a verdict that footnote 1 did not apply, and nothing could render."""
+    said = (
+        "Footnote 1 does not apply here, and this geometry can't render interreflected light: the "
+        "lights may be off by more than is stated."
+    )
+    verdict = Verdict(Kind.INDIRECT, tuple(range(len(found.lights))), said)
+    reason = Reason.UNDECIDED if found.reason is Reason.CONVERGED else found.reason
+    return replace(found, verdicts=(*found.verdicts, verdict), reason=reason)
+
+
 def at_border(
     found: Localization, sides: NDArray[np.bool_], bounds: NDArray[np.float64]
 ) -> Localization:

@@ -134,6 +134,8 @@ class Localization:
         What the answer takes for granted and the observations were not asked about.
     way : Way
         How interreflected light was treated.
+    why : str
+        Why so, a sentence; empty where it was asked for, or there is none.
 
     Examples
     --------
@@ -173,6 +175,7 @@ class Localization:
     relative: bool = False
     assumed: tuple[Assumption, ...] = ()
     way: Way = Way.DIRECT
+    why: str = ""
 
     @property
     def unit(self) -> str:
@@ -197,7 +200,7 @@ class Localization:
         dict
             ``format``, ``unit``, ``intensity_unit``, ``lights`` (a dict each; `PointLights.load`
             reads them from a file), ``reason``, ``verdicts``, ``chi2``, ``certificate``,
-            ``ambient``, ``noise``, ``counts``, ``relative``, ``assumed`` and ``way``. Members of
+            ``ambient``, ``noise``, ``counts``, ``relative``, ``assumed``, ``way`` and ``why``. Members of
             enumerations go by their names. None stands for a number that is infinite or NaN.
 
         Examples
@@ -306,6 +309,8 @@ class Localization:
             said = units.explained(self.unit, self.lights.intensity_unit)
             rows += [f"  {sentence}" for sentence in said]
         rows += [f"  {verdict.sentence}" for verdict in self.verdicts]
+        if self.why:
+            rows.append(f"  {self.why} Interreflected light was {self.way.value}.")
         return "\n".join(rows)
 
 

@@ -3,6 +3,8 @@
 For other rooms, in pipeline order:
 
 - `remove_indirect`: B without indirect light, gathered from the observations themselves.
+- `Choice`: how interreflected light is treated, and why.
+- `chosen`: footnote 1 where it applies, and else rendering.
 - `less_background`: a first guess at the direct part of a light meter's readings.
 - `Indirect`: renders the indirect light of a light of intensity 1.
 - `Source`: the same for chosen lights, at all observations or at some.
@@ -16,6 +18,7 @@ For other rooms, in pipeline order:
 """
 
 from lightloc.interreflection.all_light import Split, spread, straight
+from lightloc.interreflection.choice import Choice, chosen
 from lightloc.interreflection.footnote_1 import remove_indirect
 from lightloc.interreflection.guess import less_background
 from lightloc.interreflection.rendered import Indirect, Source, rendering
@@ -23,6 +26,8 @@ from lightloc.interreflection.rounds import Room, glanced, rounds
 
 __all__ = [
     "remove_indirect",
+    "Choice",
+    "chosen",
     "less_background",
     "Indirect",
     "Source",
