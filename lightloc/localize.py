@@ -31,8 +31,10 @@ from lightloc.interreflection import (
     glanced,
     less_background,
     remove_indirect,
+    removed,
     rendering,
     rounds,
+    with_shared,
 )
 from lightloc.paper import Paper, Surface, published
 from lightloc.search import (
@@ -142,12 +144,16 @@ def localize(
     if isinstance(o, Options) and seen.sigma is None:
         seen, o = presumed(seen), replace(o, noise="estimate")
     region = Region.of(observations, geometry, bounds)
-    direct, source, choice = seen, None, Choice(Way.DIRECT, "")
+    direct, source, shared, choice = seen, None, None, Choice(Way.DIRECT, "")
     if seen.interreflected:
         choice = treatment(o, seen, geometry, used, indirect, seed)
         if choice.way is Way.RENDERED:
-            source = rendering(indirect, geometry, seen, used, seed)
-        direct = guess(seen, geometry, seed) if source else remove_indirect(seen, geometry, seed)
+            asked = None if isinstance(indirect, str) else indirect
+            source = rendering(asked, geometry, seen, used, seed)
+            direct = guess(seen, geometry, seed)
+        elif geometry is not None:
+            removal = removed(seen, geometry, seed)
+            direct, shared = removal.direct, removal.shared
 
     def answered(found: Localization) -> Localization:
         known = () if rest is measured else (Assumption.KNOWN_LIGHT,)
@@ -169,7 +175,8 @@ def localize(
         if not seen.interreflected:
             return searched(direct, ground, o, Criterion.of(o), watch)
         if source is None:
-            return searched(direct, ground, o, Criterion.of(o).after_removal(), watch)
+            found = searched(direct, ground, o, Criterion.of(o).after_removal(), watch)
+            return found if shared is None else with_shared(found, ground.whole, shared, o)
         return by_rounds(seen, direct, ground, o, source, watch)
 
     with one_blas_thread():
@@ -262,13 +269,14 @@ def by_rounds(
     """
     some = ground.some
     few = None if some is None else source.glance(some)
-    small = ground if few is None else ground.of_sample()
-    guess = direct if few is None else direct.at(some)
-    removed = Criterion.of(o).after_removal()
+    small, first, sample = ground, direct, whole
+    if some is not None and few is not None:
+        small, first, sample = ground.of_sample(), direct.at(some), whole.at(some)
+    loose = Criterion.of(o).after_removal()
     # whether the model is wrong shows only once indirect light is rendered
-    found = searched(guess, small, o, removed, watch, rough=True)
+    found = searched(first, small, o, loose, watch, rough=True)
     if not len(found.lights):  # finding no light at this rough stage is no answer
-        found = searched(direct, ground, o, removed, watch)
+        found = searched(direct, ground, o, loose, watch)
 
     def room(q: Observations, ground: Ground, source: Source, rough: bool) -> Room:
         def search(rest: Observations, start: PointLights) -> Localization:
@@ -280,7 +288,7 @@ def by_rounds(
         return ground.view(problem, o, Criterion.of(o)).certificate(problem, fit)[0]
 
     if few is not None:
-        found = glanced(found, room(whole.at(some), small, few, True), o)
+        found = glanced(found, room(sample, small, few, True), o)
     return rounds(found, room(whole, ground, source, False), certificate, o, watch)
 
 

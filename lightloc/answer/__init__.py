@@ -28,7 +28,14 @@ For other rooms, in pipeline order:
 """
 
 from lightloc.answer.basis import Assumption, Count, Noise, NoiseLaw, Way
-from lightloc.answer.judge import MARGIN, at_border, hardly_gathered, judged, localization, with_unknowns
+from lightloc.answer.judge import (
+    MARGIN,
+    at_border,
+    hardly_gathered,
+    judged,
+    localization,
+    with_unknowns,
+)
 from lightloc.answer.result import Localization, Reason, Step, among, in_the_unit
 from lightloc.answer.verdicts import (
     Kind,

@@ -3,6 +3,8 @@
 For other rooms, in pipeline order:
 
 - `remove_indirect`: B without indirect light, gathered from the observations themselves.
+- `removed`: the same with the errors that neighbours share.
+- `with_shared`: an answer whose errors hold these.
 - `Choice`: how interreflected light is treated, and why.
 - `chosen`: footnote 1 where it applies, and else rendering.
 - `less_background`: a first guess at the direct part of a light meter's readings.
@@ -19,13 +21,16 @@ For other rooms, in pipeline order:
 
 from lightloc.interreflection.all_light import Split, spread, straight
 from lightloc.interreflection.choice import Choice, chosen
-from lightloc.interreflection.footnote_1 import remove_indirect
+from lightloc.interreflection.footnote_1 import remove_indirect, removed
 from lightloc.interreflection.guess import less_background
 from lightloc.interreflection.rendered import Indirect, Source, rendering
-from lightloc.interreflection.rounds import Room, glanced, rounds
+from lightloc.interreflection.settle import Room, glanced, rounds
+from lightloc.interreflection.shared import with_shared
 
 __all__ = [
     "remove_indirect",
+    "removed",
+    "with_shared",
     "Choice",
     "chosen",
     "less_background",

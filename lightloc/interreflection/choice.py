@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import drjit as dr
 import numpy as np
-from numpy.typing import NDArray
 
 from lightloc.answer import Way
 from lightloc.backend import types
@@ -20,7 +19,7 @@ COVERED = 0.9
 over a room (0.97 and more, measured), and far less in the view of one camera (0.3)."""
 
 GLOSSY = 0.1
-"""Of the light reflected, by direction: metal and plastic have 0.2 and more, and footnote 1 then errs by
+"""Of the light reflected, by direction: plastic has 0.2 and metal more, and footnote 1 then errs by
 more than it can tell (measured)."""
 
 SAMPLE, RAYS = 256, 64
@@ -46,9 +45,7 @@ class Choice:
     doubtful: bool = False
 
 
-def chosen(
-    q: Observations, geometry: Geometry, saturated: bool, seed: int = 0
-) -> Choice:
+def chosen(q: Observations, geometry: Geometry, saturated: bool, seed: int = 0) -> Choice:
     """Footnote 1 where it applies, rendering where it does not and the geometry can render.
 
     ``saturated`` is whether observations were left out. Raises ValueError where neither is

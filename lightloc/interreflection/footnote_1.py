@@ -118,41 +118,56 @@ def remove_indirect(q: Observations, geometry: Geometry, seed: int = 0) -> Obser
     >>> bool(np.allclose(remove_indirect(q, Ball()).radiance, 1 - 0.3, atol=0.002))
     True
     """
-    known = q.known_sigma
-    if q.quantity == "irradiance":
-        raise ValueError(
-            "interreflected irradiance can't be gathered from other readings; give indirect, to "
-            "render it"
-        )
-    more, error = gathered_with_error(q, geometry, seed)
-    return q.with_radiance(q.radiance - more, np.hypot(known, error), interreflected=False)
+    return removed(q, geometry, seed).direct
 
 
-def gathered_with_error(
-    q: Observations, geometry: Geometry, seed: int = 0
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The interreflected part of B(q), and all that is wrong with it: (n, c) each.
+@dataclass(frozen=True, eq=False)
+class Removal:
+    """What footnote 1 leaves.
+
+    Parameters
+    ----------
+    direct
+        The observations without their interreflected light, with all its errors in their sigma.
+    shared : (s, n, c) array
+        Of these, the parts that neighbours share: one standard error each, W sr^-1 m^-2.
+    """
+
+    direct: Observations
+    shared: NDArray[np.float64]
+
+
+def removed(q: Observations, geometry: Geometry, seed: int = 0) -> Removal:
+    """Remove the interreflected part of B(q), and say all that is wrong with that.
 
     Four errors add up: that of the rays; that of the interpolation, told by how well each
     observation is predicted by its neighbours; all of what comes from surfaces near which nothing
     is observed; and a share of what is glossy, which sends elsewhere what it does not send to the
     viewer.
 
-    The errors of neighbours' predictions are gathered as radiance is, each with a sign drawn at
-    random, as they would add up if each had its own cause.
+    The errors of neighbours' predictions are gathered as radiance is: as they are, which is what
+    they share, and each with a sign drawn at random, as they add up if each has its own cause.
     """
     n, c = q.radiance.shape
-    B, cache = np.maximum(q.radiance, 0), RadianceCache.of(q)
+    if q.quantity == "irradiance":
+        raise ValueError(
+            "interreflected irradiance can't be gathered from other readings; give indirect, to "
+            "render it"
+        )
+    known, B, cache = q.known_sigma, np.maximum(q.radiance, 0), RadianceCache.of(q)
+    left = left_out(q, cache)
     signs = np.random.default_rng(seed).choice([-1.0, 1.0], (DRAWS, n, 1))
-    signed = (signs * left_out(q, cache)).swapaxes(0, 1).reshape(n, -1)
-    mean, rays = _gathered(np.concatenate([B, signed], axis=1), q, cache, geometry, seed)
-    more, unseen = mean[:, :c], mean[:, -c:]
-    drawn = np.square(mean[:, c:-c]).reshape(n, DRAWS, c).mean(axis=1)
+    signed = (signs * left).swapaxes(0, 1).reshape(n, -1)
+    mean, rays = _gathered(np.concatenate([B, left, signed], axis=1), q, cache, geometry, seed)
+    more, smooth, unseen = mean[:, :c], mean[:, c : 2 * c], mean[:, -c:]
+    drawn = np.square(mean[:, 2 * c : -c]).reshape(n, DRAWS, c).mean(axis=1)
     _, near = cache.tree.query(q.positions, k=min(POOL, n))
     interpolated = drawn[near.reshape(n, -1)].mean(axis=1)
     glossy = GLOSS * glossiness(q, seed) * more
-    error = np.sqrt(np.square(rays[:, :c]) + interpolated + np.square(unseen) + np.square(glossy))
-    return more, error
+    shared = np.stack([smooth, unseen, glossy])
+    error = np.square(rays[:, :c]) + interpolated + np.square(shared[1:]).sum(axis=0)
+    sigma = np.sqrt(np.square(known) + error)
+    return Removal(q.with_radiance(q.radiance - more, sigma, interreflected=False), shared)
 
 
 def indirect(
@@ -167,7 +182,7 @@ def indirect(
 def is_told(
     q: Observations, cache: RadianceCache, y: NDArray[np.float64], d: NDArray[np.float64]
 ) -> NDArray[np.bool_]:
-    """(m,) whether an observation is near (m, 3) points that rays along d meet, on their surface."""
+    """(m,) whether one is near (m, 3) points, on the surface that a ray along d meets."""
     _, near = cache.tree.query(y, k=min(NEIGHBOURS, len(q)))
     near = near.reshape(len(y), -1)
     away = y[:, None] - q.positions[near]

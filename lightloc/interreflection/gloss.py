@@ -46,9 +46,7 @@ def glossiness(q: Observations, seed: int = 0) -> float:
     return float(1 - np.quantile(f, FLOOR, axis=1).sum() / whole) if whole > 0 else 0.0
 
 
-def hemisphere(
-    normals: NDArray[np.float64], rng: np.random.Generator
-) -> NDArray[np.float64]:
+def hemisphere(normals: NDArray[np.float64], rng: np.random.Generator) -> NDArray[np.float64]:
     """(n, 3) directions about (n, 3) normals, as many as the cosine says."""
     v = rng.normal(size=normals.shape)
     v = normals + v / np.linalg.norm(v, axis=1, keepdims=True)

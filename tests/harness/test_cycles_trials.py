@@ -1,4 +1,4 @@
-"""Trials in rooms that another renderer made: read from files, judged, absent where there are none."""
+"""Trials in rooms that another renderer made: read from files and judged; none without files."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from lightloc import PointLights, radiance
 from validation.studies import cycles
 
 LIGHTS = PointLights([[-0.5, 0.3, 0.4], [0.4, -0.5, -0.2], [0.1, 0.5, -0.5]], [5.0, 3.0, 4.0])
-SIDE = 2.0
 
 
 @pytest.fixture
@@ -34,7 +33,8 @@ def cube(rng, tmp_path, monkeypatch):
         "direct": np.ones((500, 3)),
     }
     q = cycles.observations(seen, [0], "direct")
-    parts = [PointLights(p[None], I[None]) for p, I in zip(LIGHTS.positions, LIGHTS.intensities)]
+    p, I = LIGHTS.positions, LIGHTS.intensities
+    parts = [PointLights(p[i : i + 1], I[i : i + 1]) for i in range(len(LIGHTS))]
     seen["direct"] = np.stack([radiance(q, part)[:, 0] for part in parts], axis=1)
     seen["total"] = seen["direct"] + 0.1
     arrays = {"vertices": corner, "faces": faces, "face_albedo": albedo, **seen}
@@ -80,7 +80,7 @@ def test_a_room_that_renders(cube):
         dark = cycles.geometry(file["vertices"], file["faces"], 0.5 * file["face_albedo"])
     np.testing.assert_allclose(space.bounds, [[-1, -1, -1], [1, 1, 1]])
     q = cycles.observations(cube, [0], "all")
-    H, error = space.interreflection(LIGHTS.positions[:1], q, 16)
+    H, _ = space.interreflection(LIGHTS.positions[:1], q, 16)
     half, _ = dark.interreflection(LIGHTS.positions[:1], q, 16)
     assert (H > 0).mean() > 0.99
     assert half.sum() < H.sum() / 4  # one bounce and the point's own albedo at least

@@ -24,8 +24,8 @@ from lightloc.fit.criterion import Criterion
 from lightloc.fit.information import resolution
 from lightloc.fit.problem import Problem
 from lightloc.interreflection.all_light import Split
-from lightloc.interreflection.rendered import Function, Paths, Rendered
-from lightloc.interreflection.rounds import (
+from lightloc.interreflection.rendered import Function
+from lightloc.interreflection.settle import (
     MOST_ROUNDS,
     Room,
     movement,

@@ -151,10 +151,14 @@ def paths(text: str | None) -> int | Literal["gathered"] | None:
     >>> paths("256"), paths("gathered"), paths(None)
     (256, 'gathered', None)
     """
-    if text is None or text == "gathered":
-        return text
+    if text is None:
+        return None
+    if text == "gathered":
+        return "gathered"
     if not (text.isdecimal() and text.isascii() and len(text) < 6 and 2 <= int(text) <= MOST_PATHS):
-        raise ValueError(f"--indirect {text}: expected a number from 2 to {MOST_PATHS}, or gathered")
+        raise ValueError(
+            f"--indirect {text}: expected a number from 2 to {MOST_PATHS}, or gathered"
+        )
     return int(text)
 
 

@@ -3,7 +3,7 @@
 A room is a file ``NAME.npz`` in one of the folders that the environment variable `FOLDERS` names;
 where it names none, there are no trials. Each holds
 
-    vertices (v, 3), faces (f, 3), face_albedo (f,)           diffuse triangles, seen from both sides
+    vertices (v, 3), faces (f, 3), face_albedo (f,)           diffuse triangles with two sides
     positions, normals, directions (n, 3), albedo (n,)        the points that the camera saw
     direct, total (n, k)                                      their radiance by each light alone
     light_positions (k, 3), light_intensities (k,)            the truth

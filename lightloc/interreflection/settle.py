@@ -35,6 +35,9 @@ GLANCES = 3
 AT_REST = 0.3
 """Standard errors that no light may have moved in the last round."""
 
+SEARCHED = 2
+"""Rounds in which a search goes on where more than noise is left."""
+
 NEAR = 3.0
 """Standard errors of movement below which rounds refine what was found and search no more."""
 
@@ -61,13 +64,13 @@ class Room:
     search: Search
 
     @staticmethod
-    def of(
-        q: Observations, problem: Problem, source: Source, search: Search, o: Options
-    ) -> Room:
+    def of(q: Observations, problem: Problem, source: Source, search: Search, o: Options) -> Room:
         """All light, with the errors that a search works with."""
         q = replace(q.with_radiance(q.radiance, working_sigma(q, o), q.interreflected), step=0.0)
         ones = np.ones_like(q.radiance)
-        return Room(q, replace(problem, radiance=q.radiance, sigma=ones, ambient=None), source, search)
+        return Room(
+            q, replace(problem, radiance=q.radiance, sigma=ones, ambient=None), source, search
+        )
 
 
 def glanced(found: Localization, room: Room, o: Options) -> Localization:
@@ -115,28 +118,29 @@ def rounds(
         The last search's answer, with positions, intensities and errors from direct and indirect
         light together. Where the lights still move after `MOST_ROUNDS`, a verdict says so.
     """
-    lights, H, split = PointLights(np.zeros((0, 3)), np.zeros((0, room.q.channels))), None, None
+    lights = PointLights(np.zeros((0, 3)), np.zeros((0, room.q.channels)))
+    H = split = None
     history, moved, far = list(found.history), np.inf, np.zeros(0, bool)
     for turn in range(MOST_ROUNDS):
         if moved < AT_REST or not len(found.lights):
             break
         order = order_like(found.lights, lights)
-        same = H is not None and len(order) == len(lights)
         lights = PointLights(found.lights.positions[order], found.lights.intensities[order])
-        if same:
+        if H is not None and len(far) == len(lights):
             H = H.moved(lights.positions, far)
         else:
             H = Rendered.at(room.source, lights.positions)
         split = Split(room.q, straight(room.problem, lights), H.around, H.error, o.outlier)
         steps = [Step(f"round {turn + 1}", len(lights), found.chi2, turn + 1)]
-        if moved > NEAR or not explains(found):
+        if moved > NEAR or (turn < SEARCHED and not explains(found)):
             found = searched_on(split, lights, room.search)
             steps += found.history
+        far = np.zeros(0, bool)
         if len(found.lights) == len(lights):
             order = np.argsort(order_like(found.lights, lights))
             found, split = refined(found, split.rows(order), room.problem, o)
+            far = movements(found, lights) > AT_REST
         moved = movement(found, lights)
-        far = movements(found, lights) > AT_REST if len(found.lights) == len(lights) else far
         steps[0] = replace(steps[0], lights=len(found.lights), chi2=found.chi2)
         history += steps
         watch(steps[0])
