@@ -280,7 +280,8 @@ def by_rounds(
 
     def room(q: Observations, ground: Ground, source: Source, rough: bool) -> Room:
         def search(rest: Observations, start: PointLights) -> Localization:
-            return searched(rest, ground, o, Criterion.of(o), watch, start, rough)
+            criterion = loose if rough else Criterion.of(o)
+            return searched(rest, ground, o, criterion, watch, start, rough)
 
         return Room.of(q, ground.whole, source, search, o)
 

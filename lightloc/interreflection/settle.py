@@ -32,8 +32,12 @@ MOST_ROUNDS = 5
 GLANCES = 3
 """Rounds over a sample of the observations, to learn how many lights there are."""
 
-AT_REST = 0.3
-"""Standard errors that no light may have moved in the last round."""
+AT_REST = 1.0
+"""Standard errors that no light may have moved in the last round: what is rendered where it then
+is would move it by a tenth of that (measured, also among metal)."""
+
+STILL = 0.3
+"""Standard errors of movement below which a light keeps what was rendered for it."""
 
 SEARCHED = 2
 """Rounds in which a search goes on where more than noise is left."""
@@ -139,7 +143,7 @@ def rounds(
         if len(found.lights) == len(lights):
             order = np.argsort(order_like(found.lights, lights))
             found, split = refined(found, split.rows(order), room.problem, o)
-            far = movements(found, lights) > AT_REST
+            far = movements(found, lights) > STILL
         moved = movement(found, lights)
         steps[0] = replace(steps[0], lights=len(found.lights), chi2=found.chi2)
         history += steps
