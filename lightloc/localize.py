@@ -267,10 +267,10 @@ def by_rounds(
 
     First over a sample and with few paths, where that is cheaper.
     """
-    some = ground.some
-    few = None if some is None else source.glance(some)
+    some = np.arange(len(whole)) if ground.some is None else ground.some
+    few = source.glance(some)
     small, first, sample = ground, direct, whole
-    if some is not None and few is not None:
+    if few is not None:
         small, first, sample = ground.of_sample(), direct.at(some), whole.at(some)
     loose = Criterion.of(o).after_removal()
     # whether the model is wrong shows only once indirect light is rendered

@@ -70,7 +70,9 @@ class Paths:
         H, error = (np.concatenate(part, axis=1) for part in zip(*parts, strict=True))
         return H, error
 
-    def glance(self, rows: NDArray[np.intp]) -> Paths:
+    def glance(self, rows: NDArray[np.intp]) -> Paths | None:
+        if len(rows) == len(self.seen) and self.samples <= GLANCED:
+            return None
         return replace(self, seen=self.seen.at(rows), samples=min(self.samples, GLANCED))
 
     def _of(self, i: int, p: NDArray[np.float64]) -> Columns:
