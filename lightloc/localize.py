@@ -27,10 +27,10 @@ from lightloc.interreflection import (
     Indirect,
     Room,
     Source,
+    about_direct,
     chosen,
     glanced,
     less_background,
-    remove_indirect,
     removed,
     rendering,
     rounds,
@@ -252,7 +252,7 @@ def guess(seen: Observations, geometry: Geometry | None, seed: int) -> Observati
     """About what is direct, where interreflected light is rendered later."""
     if seen.quantity == "irradiance" or geometry is None:
         return less_background(seen)
-    return remove_indirect(seen, geometry, seed)
+    return about_direct(seen, geometry, seed)
 
 
 def by_rounds(
@@ -278,10 +278,9 @@ def by_rounds(
     if not len(found.lights):  # finding no light at this rough stage is no answer
         found = searched(direct, ground, o, loose, watch)
 
-    def room(q: Observations, ground: Ground, source: Source, rough: bool) -> Room:
+    def room(q: Observations, ground: Ground, source: Source, criterion: Criterion) -> Room:
         def search(rest: Observations, start: PointLights) -> Localization:
-            criterion = loose if rough else Criterion.of(o)
-            return searched(rest, ground, o, criterion, watch, start, rough)
+            return searched(rest, ground, o, criterion, watch, start)
 
         return Room.of(q, ground.whole, source, search, o)
 
@@ -289,8 +288,8 @@ def by_rounds(
         return ground.view(problem, o, Criterion.of(o)).certificate(problem, fit)[0]
 
     if few is not None:
-        found = glanced(found, room(sample, small, few, True), o)
-    return rounds(found, room(whole, ground, source, False), certificate, o, watch)
+        found = glanced(found, room(sample, small, few, loose), o)
+    return rounds(found, room(whole, ground, source, Criterion.of(o)), certificate, o, watch)
 
 
 def silent(step: Step) -> None:

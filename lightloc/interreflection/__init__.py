@@ -7,6 +7,7 @@ For other rooms, in pipeline order:
 - `with_shared`: an answer whose errors hold these.
 - `Choice`: how interreflected light is treated, and why.
 - `chosen`: footnote 1 where it applies, and else rendering.
+- `about_direct`: a first guess by footnote 1.
 - `less_background`: a first guess at the direct part of a light meter's readings.
 - `Indirect`: renders the indirect light of a light of intensity 1.
 - `Source`: the same for chosen lights, at all observations or at some.
@@ -22,7 +23,7 @@ For other rooms, in pipeline order:
 from lightloc.interreflection.all_light import Split, spread, straight
 from lightloc.interreflection.choice import Choice, chosen
 from lightloc.interreflection.footnote_1 import remove_indirect, removed
-from lightloc.interreflection.guess import less_background
+from lightloc.interreflection.guess import about_direct, less_background
 from lightloc.interreflection.rendered import Indirect, Source, rendering
 from lightloc.interreflection.settle import Room, glanced, rounds
 from lightloc.interreflection.shared import with_shared
@@ -33,6 +34,7 @@ __all__ = [
     "with_shared",
     "Choice",
     "chosen",
+    "about_direct",
     "less_background",
     "Indirect",
     "Source",
