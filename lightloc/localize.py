@@ -27,10 +27,9 @@ from lightloc.interreflection import (
     Indirect,
     Room,
     Source,
-    about_direct,
     chosen,
     glanced,
-    less_background,
+    guessed,
     removed,
     rendering,
     rounds,
@@ -150,7 +149,7 @@ def localize(
         if choice.way is Way.RENDERED:
             asked = None if isinstance(indirect, str) else indirect
             source = rendering(asked, geometry, seen, used, seed)
-            direct = guess(seen, geometry, seed)
+            direct = guessed(seen, geometry, seed)
         elif geometry is not None:
             removal = removed(seen, geometry, seed)
             direct, shared = removal.direct, removal.shared
@@ -246,13 +245,6 @@ def treatment(
             "interreflected light"
         )
     return Choice(Way.GATHERED, "")
-
-
-def guess(seen: Observations, geometry: Geometry | None, seed: int) -> Observations:
-    """About what is direct, where interreflected light is rendered later."""
-    if seen.quantity == "irradiance" or geometry is None:
-        return less_background(seen)
-    return about_direct(seen, geometry, seed)
 
 
 def by_rounds(

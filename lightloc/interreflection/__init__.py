@@ -7,8 +7,7 @@ For other rooms, in pipeline order:
 - `with_shared`: an answer whose errors hold these.
 - `Choice`: how interreflected light is treated, and why.
 - `chosen`: footnote 1 where it applies, and else rendering.
-- `about_direct`: a first guess by footnote 1.
-- `less_background`: a first guess at the direct part of a light meter's readings.
+- `guessed`: a first guess at the direct part.
 - `Indirect`: renders the indirect light of a light of intensity 1.
 - `Source`: the same for chosen lights, at all observations or at some.
 - `rendering`: makes one of a geometry that can render, or of a function.
@@ -23,7 +22,7 @@ For other rooms, in pipeline order:
 from lightloc.interreflection.all_light import Split, spread, straight
 from lightloc.interreflection.choice import Choice, chosen
 from lightloc.interreflection.footnote_1 import remove_indirect, removed
-from lightloc.interreflection.guess import about_direct, less_background
+from lightloc.interreflection.guess import guessed
 from lightloc.interreflection.rendered import Indirect, Source, rendering
 from lightloc.interreflection.settle import Room, glanced, rounds
 from lightloc.interreflection.shared import with_shared
@@ -34,8 +33,7 @@ __all__ = [
     "with_shared",
     "Choice",
     "chosen",
-    "about_direct",
-    "less_background",
+    "guessed",
     "Indirect",
     "Source",
     "rendering",

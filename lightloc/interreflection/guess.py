@@ -35,3 +35,10 @@ def about_direct(q: Observations, geometry: Geometry, seed: int = 0) -> Observat
     more, error = indirect(q, geometry, seed)
     sigma = np.sqrt(np.square(q.known_sigma) + np.square(error) + np.square(GUESSED * more))
     return q.with_radiance(q.radiance - more, sigma, interreflected=False)
+
+
+def guessed(q: Observations, geometry: Geometry | None, seed: int = 0) -> Observations:
+    """About what is direct, where interreflected light is rendered later."""
+    if q.quantity == "irradiance" or geometry is None:
+        return less_background(q)
+    return about_direct(q, geometry, seed)
