@@ -6,7 +6,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Literal
 
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from lightloc.answer import (
     Assumption,
@@ -14,6 +15,7 @@ from lightloc.answer import (
     Step,
     Way,
     among,
+    hardly_gathered,
     in_the_unit,
     outliers_of,
     with_unknowns,
@@ -22,6 +24,7 @@ from lightloc.backend import one_blas_thread
 from lightloc.fit import Criterion, Fit, Problem, is_exact, presumed, without_black, working_sigma
 from lightloc.given import (
     Geometry,
+    Interreflecting,
     Limits,
     Observations,
     Options,
@@ -30,11 +33,17 @@ from lightloc.given import (
     remove_known,
 )
 from lightloc.interreflection import (
+    Choice,
     Indirect,
-    less_background,
-    remove_indirect,
+    Room,
+    Source,
+    chosen,
+    glanced,
+    guessed,
+    removed,
     rendering,
     rounds,
+    with_shared,
 )
 from lightloc.paper import Paper, Surface, published
 from lightloc.search import (
@@ -61,7 +70,7 @@ def localize(
     bounds: ArrayLike | None = None,
     options: Options | Paper | None = None,
     surface: Surface | None = None,
-    indirect: Indirect | int | None = None,
+    indirect: Indirect | int | Literal["gathered"] | None = None,
     seed: int = 0,
     watch: Callable[[Step], None] = lambda step: None,
 ) -> Localization:
@@ -87,13 +96,15 @@ def localize(
     surface : Surface, optional
         Distances along the observed surface, for "paper" alone. Where None, they are taken along
         the walls of a 2D scene, and else over neighbouring observations.
-    indirect : int or callable, optional
-        How the interreflected light of the lights found is rendered, for "search" alone: a number
-        of paths per observation and light, which ``geometry`` then traces (see `Interreflecting`),
-        or a function as `render.interreflected` gives it. What is rendered is subtracted and the
-        search repeated, until the lights no longer move; that works for any BRDF. Where None,
-        interreflected light is gathered from the observations alone, as by `remove_indirect`; that
-        works where the room is largely diffuse, and not for irradiance.
+    indirect : int, callable or "gathered", optional
+        How interreflected light is treated, for "search" alone: rendered for the lights found,
+        subtracted, and the search repeated until the lights no longer move, which works for any
+        BRDF and any view; or "gathered" from the observations and subtracted first, as by
+        `remove_indirect`, which works where the room is largely diffuse and observed almost
+        everywhere, and not for irradiance. A number is that of paths per observation and light,
+        which ``geometry`` then traces (see `Interreflecting`); a function, as
+        `render.interreflected` gives it, renders by itself. Where None, it is gathered where that
+        works and else rendered if the geometry can; the answer's ``way`` and ``why`` say which.
     seed : int
         Seed of the sample of observations, of the gathering rays and of the rendered paths; same
         seed, same result.
@@ -111,13 +122,13 @@ def localize(
         If the method is neither of the two or the options are the other's; if ``bounds`` has
         another shape, is not finite, or its upper corner is below its lower; if "paper" is given
         RGB radiance or an unknown sigma; if all observations are saturated; or if interreflected
-        light is to be removed and there is no geometry, the geometry can't render as ``indirect``
-        asks, or the observations are irradiance and there is no ``indirect``.
+        light is to be removed and there is no geometry, or the geometry can't render where that is
+        asked for, the observations are irradiance, or some are saturated.
 
     Notes
     -----
     The problem of section 3.1. "paper" is the algorithm of sections 4 and 5; interreflected light
-    is removed as footnote 1 says. ``indirect`` is ours.
+    is removed as footnote 1 says. Rendering it is ours.
 
     Examples
     --------
@@ -135,7 +146,7 @@ def localize(
     ([[0.5, -0.3, 1.2]], 'CONVERGED')
     """
     o = settings(method, options, surface, indirect)
-    measured, limits = looked_at(observations, geometry, o, gathers=indirect is None)
+    measured, limits = looked_at(observations, geometry, o, gathers=may_gather(geometry, indirect))
     used = ~limits.left_out
     rest = remove_known(measured, geometry, seed=seed)
     seen = without_black(rest)
@@ -146,25 +157,26 @@ def localize(
     if isinstance(o, Options) and o.noise == "estimate":
         seen = presumed(seen)
     region = Region.of(observations, geometry, bounds)
-    direct, way, columns = seen, Way.DIRECT, None
+    direct, source, shared, choice = seen, None, None, Choice(Way.DIRECT, "")
     if seen.interreflected:
-        meters = seen.quantity == "irradiance" and indirect is not None
-        direct = less_background(seen) if meters else without_indirect(seen, geometry, seed)
-        way = Way.GATHERED
-        if indirect is not None:
-            columns, way = rendering(indirect, geometry, seen, used, seed), Way.RENDERED
-        elif not used.all():
-            raise ValueError(
-                "footnote 1 would gather from points that are saturated; give indirect, to render "
-                "interreflected light"
-            )
+        choice = treatment(o, seen, geometry, used, indirect, seed)
+        if choice.way is Way.RENDERED:
+            asked = None if isinstance(indirect, str) else indirect
+            source = rendering(asked, geometry, seen, used, seed)
+            direct = guessed(seen, geometry, seed)
+        elif geometry is not None:
+            removal = removed(seen, geometry, seed)
+            direct, shared = removal.direct, removal.shared
 
     def answered(found: Localization) -> Localization:
         known = () if rest is measured else (Assumption.KNOWN_LIGHT,)
         where = outliers_of(seen, found.noise.outliers, found.lights, geometry)
         found = replace(found, outlying=where)
         told = in_the_unit(among(with_unknowns(found), used), observations)
-        return replace(told, way=way, limits=limits, assumed=(*told.assumed, *known))
+        told = replace(
+            told, way=choice.way, why=choice.why, limits=limits, assumed=(*told.assumed, *known)
+        )
+        return hardly_gathered(told) if choice.doubtful else told
 
     if isinstance(o, Paper):
         if surface is not None and not used.all():
@@ -180,9 +192,10 @@ def localize(
             return searched(direct, ground, one, criterion, silent, rough=True)
         if not seen.interreflected:
             return searched(direct, ground, o, criterion, watch)
-        if columns is None:
-            return searched(direct, ground, o, criterion.after_removal(), watch)
-        return by_rounds(seen, direct, ground, o, columns, watch)
+        if source is None:
+            found = searched(direct, ground, o, criterion.after_removal(), watch)
+            return found if shared is None else with_shared(found, ground.whole, shared, o)
+        return by_rounds(seen, direct, ground, o, source, watch)
 
     with one_blas_thread():
         region, found = widened(look, region, seen, geometry, may=bounds is None)
@@ -194,7 +207,7 @@ def settings(
     method: str,
     options: Options | Paper | None,
     surface: Surface | None,
-    indirect: Indirect | int | None,
+    indirect: Indirect | int | str | None,
 ) -> Options | Paper:
     """The method's options; raises ValueError where something belongs to the other method."""
     if method not in METHODS:
@@ -202,11 +215,20 @@ def settings(
     o = options or METHODS[method]()
     if not isinstance(o, METHODS[method]):
         raise ValueError(f"method '{method}' takes {METHODS[method].__name__} as its options")
-    if isinstance(o, Paper) and indirect is not None:
+    if isinstance(indirect, str) and indirect != GATHERED:
+        raise ValueError(
+            f"indirect is {indirect!r}; expected a number of paths, a function or 'gathered'"
+        )
+    if isinstance(o, Paper) and indirect not in (None, GATHERED):
         raise ValueError("method 'paper' renders no interreflected light; leave out indirect")
     if isinstance(o, Options) and surface is not None:
         raise ValueError("method 'search' takes no surface")
     return o
+
+
+def may_gather(geometry: Geometry | None, indirect: Indirect | int | str | None) -> bool:
+    """Whether footnote 1 takes its radiance from the observations, all of which it then needs."""
+    return indirect == GATHERED or not (indirect or isinstance(geometry, Interreflecting))
 
 
 def looked_at(
@@ -238,11 +260,27 @@ def looked_at(
     return observations if used.all() else observations.at(used), limits
 
 
-def without_indirect(q: Observations, geometry: Geometry | None, seed: int) -> Observations:
-    """What footnote 1 leaves."""
+def treatment(
+    o: Options | Paper,
+    seen: Observations,
+    geometry: Geometry | None,
+    used: NDArray[np.bool_],
+    indirect: Indirect | int | str | None,
+    seed: int,
+) -> Choice:
+    """How interreflected light is to be treated: as asked, or else as the observations allow."""
+    if callable(indirect) or (indirect is not None and indirect != GATHERED):
+        return Choice(Way.RENDERED, "")
     if geometry is None:
         raise ValueError("interreflected light can't be removed without the geometry")
-    return remove_indirect(q, geometry, seed)
+    if indirect is None and isinstance(o, Options):
+        return chosen(seen, geometry, not used.all(), seed)
+    if not used.all():
+        raise ValueError(
+            "footnote 1 would gather from points that are saturated; give indirect, to render "
+            "interreflected light"
+        )
+    return Choice(Way.GATHERED, "")
 
 
 def by_rounds(
@@ -250,25 +288,37 @@ def by_rounds(
     direct: Observations,
     ground: Ground,
     o: Options,
-    indirect: Indirect,
+    source: Source,
     watch: Callable[[Step], None],
 ) -> Localization:
-    """Search what footnote 1 leaves, then what rendered light leaves."""
-    criterion = Criterion.of(o, ground.chance)
-    removed = criterion.after_removal()
+    """Search a guess at the direct light, then what rendered light leaves.
 
-    def search(rest: Observations, start: PointLights | None) -> Localization:
-        if start:
-            return searched(rest, ground, o, criterion, watch, start)
-        # whether the model is wrong shows only once indirect light is rendered
-        found = searched(rest, ground, o, removed, watch, rough=True)
-        # finding no light at this rough stage is no answer
-        return found if len(found.lights) else searched(rest, ground, o, removed, watch)
+    First over a sample and with few paths, where that is cheaper.
+    """
+    criterion = Criterion.of(o, ground.chance)
+    some = np.arange(len(whole)) if ground.some is None else ground.some
+    few = source.glance(some)
+    small, first, sample = ground, direct, whole
+    if few is not None:
+        small, first, sample = ground.of_sample(), direct.at(some), whole.at(some)
+    loose = criterion.after_removal()
+    # whether the model is wrong shows only once indirect light is rendered
+    found = searched(first, small, o, loose, watch, rough=True)
+    if not len(found.lights):  # finding no light at this rough stage is no answer
+        found = searched(direct, ground, o, loose, watch)
+
+    def room(q: Observations, ground: Ground, source: Source, rule: Criterion) -> Room:
+        def search(rest: Observations, start: PointLights) -> Localization:
+            return searched(rest, ground, o, rule, watch, start)
+
+        return Room.of(q, ground.whole, source, search, o)
 
     def certificate(problem: Problem, fit: Fit) -> float:
         return ground.view(problem, o, criterion).certificate(problem, fit)[0]
 
-    return rounds(whole, direct, ground.whole, indirect, search, certificate, o, watch)
+    if few is not None:
+        found = glanced(found, room(sample, small, few, loose), o)
+    return rounds(found, room(whole, ground, source, criterion), certificate, o, watch)
 
 
 def silent(step: Step) -> None:
@@ -277,6 +327,9 @@ def silent(step: Step) -> None:
 
 METHODS: dict[str, type[Options] | type[Paper]] = {"search": Options, "paper": Paper}
 
+
+GATHERED = "gathered"
+"""Asks for footnote 1."""
 
 SILENT = 0.03
 """Chi-square per residual that float32's rounding leaves in exact observations (measured)."""

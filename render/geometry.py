@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import drjit as dr
@@ -120,7 +121,7 @@ class SceneGeometry:
         si = None if meters else probe(self.scene, q.positions, q.directions)
         H, error = np.zeros((2, len(q), len(places), q.channels))
         for i, p in enumerate(places):
-            alone = lit(self.scene, PointLights(p[None], [1.0]))
+            alone = self._one_light.at(p)
             own = int(np.random.SeedSequence([STREAM, seed, i]).generate_state(1)[0])
             if meters:
                 bounced = {"straight": False, "bounced": True}
@@ -129,6 +130,45 @@ class SceneGeometry:
                 mean, spread = indirect(alone, si, samples, own)
             H[:, i], error[:, i] = mean[:, : q.channels], spread[:, : q.channels]
         return H, error
+
+    @cached_property
+    def _one_light(self) -> OneLight:
+        """The same surfaces lit by one light, which is moved: rays need their tree only once."""
+        return OneLight.over(self.scene)
+
+
+@dataclass(frozen=True)
+class OneLight:
+    """A scene lit by one point light of intensity 1 that can be put anywhere.
+
+    Parameters
+    ----------
+    scene : mitsuba.Scene
+        The scene.
+    parameters : mitsuba.SceneParameters
+        What can be changed in it.
+    key : str
+        The light's position among them.
+    """
+
+    scene: Any
+    parameters: Any
+    key: str
+
+    @staticmethod
+    def over(scene: Any) -> OneLight:
+        """The same surfaces, their own emitters left out."""
+        alone = lit(scene, PointLights([[0.0, 0.0, 0.0]], [1.0]))
+        key = f"{LIGHT.format(1)}.position"
+        parameters = mi.traverse(alone)
+        parameters.keep([key])
+        return OneLight(alone, parameters, key)
+
+    def at(self, p: NDArray[np.float64]) -> Any:
+        """The scene with the light at (3,) p, until it is moved again."""
+        self.parameters[self.key] = mi.Point3f(*p.tolist())
+        self.parameters.update()
+        return self.scene
 
 
 def lit(scene: Any, lights: PointLights) -> Any:

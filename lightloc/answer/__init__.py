@@ -25,13 +25,23 @@ For other rooms, in pipeline order:
 - `in_the_unit`: an answer whose lights say their unit of length.
 - `MARGIN`: standard errors added to B when computing the bound D.
 - `localization`: builds a `Localization` from a fit.
+- `lawful`: what was taken for noise, by an estimated law.
 - `judged`: an answer with the verdicts that follow from its errors.
 - `with_unknowns`: an answer without the intensities that nothing tells.
+- `hardly_gathered`: an answer for which footnote 1 did not apply.
 - `at_border`: an answer some of whose lights lie at the border of the region.
 """
 
 from lightloc.answer.basis import Assumption, Count, Noise, NoiseLaw, Way
-from lightloc.answer.judge import MARGIN, at_border, judged, localization, with_unknowns
+from lightloc.answer.judge import (
+    MARGIN,
+    at_border,
+    hardly_gathered,
+    judged,
+    lawful,
+    localization,
+    with_unknowns,
+)
 from lightloc.answer.outliers import Outliers, Where, outliers_of
 from lightloc.answer.result import Localization, Reason, Step, among, in_the_unit
 from lightloc.answer.verdicts import (
@@ -69,7 +79,9 @@ __all__ = [
     "in_the_unit",
     "MARGIN",
     "localization",
+    "lawful",
     "judged",
     "with_unknowns",
+    "hardly_gathered",
     "at_border",
 ]

@@ -13,7 +13,17 @@ from lightloc.answer.basis import Assumption, Count, Noise, NoiseLaw
 from lightloc.answer.result import Localization, Reason, Step
 from lightloc.answer.verdicts import DECISIVE, Kind, Verdict, clusters, uncertain, unseen
 from lightloc.fields import intensity_distance
-from lightloc.fit import Bound, Fit, Problem, amounts, inseparable, outside, working_sigma
+from lightloc.fit import (
+    RATHER,
+    Bound,
+    Fit,
+    Law,
+    Problem,
+    amounts,
+    inseparable,
+    outside,
+    working_sigma,
+)
 from lightloc.given import Limits, Observations, Options, PointLights
 
 SPREAD = 1.17
@@ -110,18 +120,25 @@ def noise_of(q: Observations, problem: Problem, fit: Fit, o: Options) -> Noise:
     share, core = outside(fit.residual)
     one, unknown = np.ones(q.channels), np.full((6, q.channels), np.nan)
     if o.noise == "given":
-        return Noise(NoiseLaw.GIVEN, one, 0 * one, core < 0.5, share, *unknown)
+        return Noise(NoiseLaw.GIVEN, one, 0 * one, core < RATHER, share, *unknown)
     if o.noise == "scaled":
         scale = np.median(problem.sigma / working_sigma(q, o), axis=0)
         error = SPREAD * scale / np.sqrt(problem.rows)
-        return Noise(NoiseLaw.SCALED, scale, error, core < 0.5, share, *unknown)
-    variance, error = fit.law.variance.T, fit.law.error.T
+        return Noise(NoiseLaw.SCALED, scale, error, core < RATHER, share, *unknown)
+    return lawful(fit.law, fit.residual)
+
+
+def lawful(law: Law, residual: NDArray[np.float64]) -> Noise:
+    """The noise of an estimated law, which leaves (n, c) residuals."""
+    share, core = outside(residual)
+    one = np.ones(residual.shape[1])
+    variance, error = law.variance.T, law.error.T
     read, relative = np.sqrt(variance[[0, 2]])
     known = np.where(np.isfinite(error[[0, 2]]), error[[0, 2]], 0)
     half = np.sqrt(variance[[0, 2]] + known) - np.sqrt(variance[[0, 2]])
     half = np.where(np.isfinite(error[[0, 2]]), half, np.inf)
-    law = (read, variance[1], relative, half[0], error[1], half[1])
-    return Noise(NoiseLaw.ESTIMATED, one, 0 * one, core < 0.5, share, *law)
+    terms = (read, variance[1], relative, half[0], error[1], half[1])
+    return Noise(NoiseLaw.ESTIMATED, one, 0 * one, core < RATHER, share, *terms)
 
 
 def untold(found: Localization) -> NDArray[np.bool_]:
@@ -147,6 +164,17 @@ def with_unknowns(found: Localization) -> Localization:
         counts=tuple(replace(count, lights=without(count.lights, every)) for count in found.counts),
         verdicts=(*found.verdicts, *unseen(unknown)),
     )
+
+
+def hardly_gathered(found: Localization) -> Localization:
+    """The answer with a verdict that footnote 1 did not apply, and nothing could render."""
+    said = (
+        "Footnote 1 does not apply here, and this geometry can't render interreflected light: the "
+        "lights may be off by more than is stated."
+    )
+    verdict = Verdict(Kind.INDIRECT, tuple(range(len(found.lights))), said)
+    reason = Reason.UNDECIDED if found.reason is Reason.CONVERGED else found.reason
+    return replace(found, verdicts=(*found.verdicts, verdict), reason=reason)
 
 
 def at_border(

@@ -140,6 +140,8 @@ class Localization:
         What the answer takes for granted and the observations were not asked about.
     way : Way
         How interreflected light was treated.
+    why : str
+        Why so, a sentence; empty where it was asked for, or there is none.
 
     Examples
     --------
@@ -181,6 +183,7 @@ class Localization:
     relative: bool = False
     assumed: tuple[Assumption, ...] = ()
     way: Way = Way.DIRECT
+    why: str = ""
 
     @property
     def unit(self) -> str:
@@ -221,9 +224,9 @@ class Localization:
         dict
             ``format``, ``unit``, ``intensity_unit``, ``lights`` (a dict each; `PointLights.load`
             reads them from a file), ``reason``, ``verdicts``, ``chi2``, ``certificate``,
-            ``ambient``, ``noise``, ``limits``, ``outlying``, ``counts``, ``relative``, ``assumed``
-            and ``way``. Members of enumerations go by their names. None stands for a number that is
-            infinite or NaN.
+            ``ambient``, ``noise``, ``limits``, ``outlying``, ``counts``, ``relative``,
+            ``assumed``, ``way`` and ``why``. Members of enumerations go by their names. None stands
+            for a number that is infinite or NaN.
 
         Examples
         --------
@@ -332,6 +335,8 @@ class Localization:
             rows += [f"  {sentence}" for sentence in said]
         rows += [f"  {verdict.sentence}" for verdict in self.verdicts]
         rows += [f"  {sentence}" for sentence in self.remarks]
+        if self.why:
+            rows.append(f"  {self.why} Interreflected light was {self.way.value}.")
         return "\n".join(rows)
 
 

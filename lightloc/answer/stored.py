@@ -86,6 +86,7 @@ def plain(found: Mapping[str, Any]) -> dict[str, Any]:
         "relative": found["relative"],
         "assumed": [assumption.name for assumption in found["assumed"]],
         "way": found["way"].name,
+        "why": found["why"],
     }
 
 
@@ -189,6 +190,7 @@ def read(path: str | Path) -> dict[str, Any]:
         ),
         "assumed": tuple(Assumption[name] for name in answer["assumed"]),
         "way": Way[answer["way"]],
+        "why": str(answer.get("why", "")),
         "reason": answer["reason"],
         "history": answer["history"],
     }

@@ -17,6 +17,7 @@ For other rooms, in pipeline order:
 - `stored`: a material as arrays by name, for a file.
 - `restored`: and back.
 - `Parameters`: materials whose fields are numbers.
+- `evaluate`: f (n . l)+ at chosen directions, as an array.
 - `is_brdf`: whether a value is such a material.
 - `Scatter`: f (n . l)+ as a function of the observation's index and directions.
 - `Slope`: S without visibility, and its derivative, as a function of the same.
@@ -32,7 +33,7 @@ from lightloc.brdf.mixed import Mixed
 from lightloc.brdf.models import Conductor, Lambert, Plastic
 from lightloc.brdf.parameters import Parameters, channels_last
 from lightloc.brdf.parts import Parts
-from lightloc.brdf.protocol import BRDF, Bounded, Scatter, Slope, Sloped, is_brdf
+from lightloc.brdf.protocol import BRDF, Bounded, Scatter, Slope, Sloped, evaluate, is_brdf
 from lightloc.brdf.readings import Irradiance
 from lightloc.brdf.rows import is_traced, rows_of
 from lightloc.brdf.stored import SceneMaterial, restored, stored
@@ -54,6 +55,7 @@ __all__ = [
     "stored",
     "restored",
     "Parameters",
+    "evaluate",
     "is_brdf",
     "Scatter",
     "Slope",

@@ -10,8 +10,10 @@ For other rooms, in pipeline order:
 - `level_of`: the standard deviation of residuals, outliers left out.
 - `estimated_level`: the same where sigma is only presumed.
 - `law_of`: sigma as a function of B, where it is one.
+- `RATHER`: the probability of being noise that divides outliers from it.
 - `MOST_OUTLIERS`: the largest share of outliers that is allowed.
 - `Law`: how large the noise of B is, estimated.
+- `law_left`: the law of what a model leaves.
 - `outside`: which residuals are outliers, and what share.
 - `cauchy`: Cauchy's loss, and the weight that it gives.
 - `robust`: the sum of that loss.
@@ -57,7 +59,7 @@ from lightloc.fit.information import (
     jacobian,
     resolution,
 )
-from lightloc.fit.law import MOST_OUTLIERS, Law, outside
+from lightloc.fit.law import MOST_OUTLIERS, RATHER, Law, law_left, outside
 from lightloc.fit.levenberg import (
     AT_HAND,
     FIRST_DAMPING,
@@ -99,8 +101,10 @@ __all__ = [
     "level_of",
     "estimated_level",
     "law_of",
+    "RATHER",
     "MOST_OUTLIERS",
     "Law",
+    "law_left",
     "outside",
     "cauchy",
     "robust",

@@ -19,13 +19,17 @@ from scipy.spatial import cKDTree
 
 from lightloc.backend import types
 from lightloc.given import Geometry, Observations
+from lightloc.interreflection.gloss import glossiness
 from lightloc.optics import Surfels, cosine_direction, pick, surfels
 
 STRATA = 32  # rays per point are STRATA^2, one in each cell of the hemisphere's unit square
 GROUPS = 8  # independent parts of the rays from which the gather's own error is measured
 NEIGHBOURS = 12  # observations that share in the radiance at a hit
 FLATNESS = 0.25  # a neighbour counts less when this share of the reach off the hit's plane
-SYSTEMATIC = 0.02  # of the indirect light: interpolation between observations (measured)
+DRAWS = 4  # of signs for the error of the interpolation
+POOL = 16  # neighbours whose errors of interpolation are pooled
+NEAR = 2.0  # reaches within which an observation tells what a surface sends
+GLOSS = 0.15  # error of the indirect light, as a share of what is reflected by direction (measured)
 LANES = 1 << 21
 
 
@@ -114,36 +118,121 @@ def remove_indirect(q: Observations, geometry: Geometry, seed: int = 0) -> Obser
     >>> bool(np.allclose(remove_indirect(q, Ball()).radiance, 1 - 0.3, atol=0.002))
     True
     """
-    known = q.known_sigma
+    return removed(q, geometry, seed).direct
+
+
+@dataclass(frozen=True, eq=False)
+class Removal:
+    """What footnote 1 leaves.
+
+    Parameters
+    ----------
+    direct
+        The observations without their interreflected light, with all its errors in their sigma.
+    shared : (s, n, c) array
+        Of these, the parts that neighbours share: one standard error each, W sr^-1 m^-2.
+    """
+
+    direct: Observations
+    shared: NDArray[np.float64]
+
+
+def removed(q: Observations, geometry: Geometry, seed: int = 0) -> Removal:
+    """Remove the interreflected part of B(q), and say all that is wrong with that.
+
+    Four errors add up: that of the rays; that of the interpolation, told by how well each
+    observation is predicted by its neighbours; all of what comes from surfaces near which nothing
+    is observed; and a share of what is glossy, which sends elsewhere what it does not send to the
+    viewer.
+
+    The errors of neighbours' predictions are gathered as radiance is: as they are, which is what
+    they share, and each with a sign drawn at random, as they add up if each has its own cause.
+    """
+    n, c = q.radiance.shape
     if q.quantity == "irradiance":
         raise ValueError(
             "interreflected irradiance can't be gathered from other readings; give indirect, to "
             "render it"
         )
-    more, error = indirect(q, geometry, seed)
-    sigma = np.sqrt(known**2 + error**2 + (SYSTEMATIC * more) ** 2)
-    return q.with_radiance(q.radiance - more, sigma, interreflected=False)
+    known, B, cache = q.known_sigma, np.maximum(q.radiance, 0), RadianceCache.of(q)
+    left = left_out(q, cache)
+    signs = np.random.default_rng(seed).choice([-1.0, 1.0], (DRAWS, n, 1))
+    signed = (signs * left).swapaxes(0, 1).reshape(n, -1)
+    mean, rays = _gathered(np.concatenate([B, left, signed], axis=1), q, cache, geometry, seed)
+    more, smooth, unseen = mean[:, :c], mean[:, c : 2 * c], mean[:, -c:]
+    drawn = np.square(mean[:, 2 * c : -c]).reshape(n, DRAWS, c).mean(axis=1)
+    _, near = cache.tree.query(q.positions, k=min(POOL, n))
+    interpolated = drawn[near.reshape(n, -1)].mean(axis=1)
+    glossy = GLOSS * glossiness(q, seed) * more
+    shared = np.stack([smooth, unseen, glossy])
+    error = np.square(rays[:, :c]) + interpolated + np.square(shared[1:]).sum(axis=0)
+    sigma = np.sqrt(np.square(known) + error)
+    return Removal(q.with_radiance(q.radiance - more, sigma, interreflected=False), shared)
 
 
 def indirect(
     q: Observations, geometry: Geometry, seed: int = 0
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The interreflected part of B(q), gathered from the observations, and its error: (n, c)."""
-    s, cache = surfels(q, geometry), RadianceCache.of(q)
-    mean, error = np.zeros_like(q.radiance), np.zeros_like(q.radiance)
+    """The interreflected part of B(q), gathered from the observations, and its rays' error."""
+    B = np.maximum(q.radiance, 0)
+    mean, error = _gathered(B, q, RadianceCache.of(q), geometry, seed)
+    return mean[:, : q.channels], error[:, : q.channels]
+
+
+def is_told(
+    q: Observations, cache: RadianceCache, y: NDArray[np.float64], d: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """(m,) whether one is near (m, 3) points, on the surface that a ray along d meets."""
+    _, near = cache.tree.query(y, k=min(NEIGHBOURS, len(q)))
+    near = near.reshape(len(y), -1)
+    away = y[:, None] - q.positions[near]
+    off = np.abs(np.einsum("mki,mki->mk", q.normals[near], away)) < FLATNESS * cache.reach
+    close = np.linalg.norm(away, axis=2) < NEAR * cache.reach
+    faces = np.einsum("mki,mi->mk", q.normals[near], d) < 0
+    return np.asarray((off & close & faces).any(axis=1))
+
+
+def left_out(q: Observations, cache: RadianceCache) -> NDArray[np.float64]:
+    """By how much each observation's radiance differs from what its neighbours tell: (n, c)."""
+    n, k = len(q), min(NEIGHBOURS + 1, len(q))
+    _, near = cache.tree.query(q.positions, k=k)
+    near = near.reshape(n, k)[:, 1:]
+    away = q.positions[:, None] - q.positions[near]
+    off = np.einsum("nki,nki->nk", q.normals[near], away) / (FLATNESS * cache.reach)
+    weight = 1 / np.square(1e-3 + np.square(away).sum(axis=2) / cache.reach**2)
+    weight = weight * np.exp(-np.square(off)) + 1e-12
+    weight *= np.einsum("nki,ni->nk", q.normals[near], q.normals) > 0
+    whole = weight.sum(axis=1, keepdims=True)
+    told = np.einsum("nk,nkc->nc", weight, q.radiance[near]) / np.maximum(whole, 1e-12)
+    return np.where(whole > 0, told - q.radiance, 0.0)
+
+
+def _gathered(
+    columns: NDArray[np.float64],
+    q: Observations,
+    cache: RadianceCache,
+    geometry: Geometry,
+    seed: int,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Each of (n, m) columns gathered, then the first c from where nothing is observed.
+
+    Returns the mean and its standard error from the rays, (n, m + c) each.
+    """
+    s, n = surfels(q, geometry), len(q)
+    parts = []
     rays = STRATA * STRATA
     rows = max(1, LANES // rays)
-    for first in range(0, len(q), rows):
-        count = min(rows, len(q) - first)
-        parts = _gather(q, s, cache, geometry, first, count, seed)
-        groups = parts.reshape(count, GROUPS, -1)
-        mean[first : first + count] = groups.mean(axis=1)
-        error[first : first + count] = groups.std(axis=1, ddof=1) / np.sqrt(GROUPS)
-    return mean, error
+    for first in range(0, n, rows):
+        count = min(rows, n - first)
+        part = _gather(columns, q.channels, s, cache, geometry, first, count, seed)
+        parts.append(part.reshape(count, GROUPS, -1))
+    groups = np.concatenate(parts)
+    return groups.mean(axis=1), groups.std(axis=1, ddof=1) / np.sqrt(GROUPS)
 
 
 def _gather(
-    q: Observations,
+    columns: NDArray[np.float64],
+    channels: int,
     s: Surfels,
     cache: RadianceCache,
     geometry: Geometry,
@@ -151,7 +240,7 @@ def _gather(
     count: int,
     seed: int,
 ) -> NDArray[np.float64]:
-    """Mean of f (n . d) L / pdf over each group of rays: (count * GROUPS, c)."""
+    """Mean of f (n . d) L / pdf over each group of rays: (count * GROUPS, m + c)."""
     f = types()
     rays = STRATA * STRATA
     lane = dr.arange(f.UInt32, count * rays)
@@ -170,29 +259,32 @@ def _gather(
     cells, row = np.unique(np.array(at), return_inverse=True)
     near = f.UInt32(cache.neighbours(cells).ravel())
     first_near = f.UInt32(row.astype(np.uint32)) * NEIGHBOURS
-    B = [f.Float(np.maximum(column, 0).astype(np.float32)) for column in q.radiance.T]
-    light, weights = [f.Float(0) for _ in B], f.Float(0)
+    sent = [f.Float(column.astype(np.float32)) for column in columns.T]
+    light, weights, seen = [f.Float(0) for _ in sent], f.Float(0), f.Bool(False)
     for k in range(NEIGHBOURS):
         j = dr.gather(f.UInt32, near, first_near + k)
-        w = _kinship(s, cache, j, y, d)
+        w, told = _kinship(s, cache, j, y, d)
         weights += w
+        seen |= told
         light = [
-            part + w * dr.gather(f.Float, column, j) for part, column in zip(light, B, strict=True)
+            part + w * dr.gather(f.Float, column, j)
+            for part, column in zip(light, sent, strict=True)
         ]
     cosine = dr.dot(normal, d)
     share = dr.select(hit & (weights > 0) & (cosine > 0), dr.pi / (cosine * weights), 0)
     value = s.scatter(i, normal, d, pick(s.w, i)) * share
-    value = [value if dr.depth_v(value) == 1 else value[c] for c in range(len(light))]
+    value = [value] if dr.depth_v(value) == 1 else list(value)
+    light += [dr.select(seen, 0, part) for part in light[:channels]]
     means = [
-        dr.block_sum(a * b, rays // GROUPS) * (GROUPS / rays)
-        for a, b in zip(value, light, strict=True)
+        dr.block_sum(value[c % len(value)] * b, rays // GROUPS) * (GROUPS / rays)
+        for c, b in enumerate(light)
     ]
     dr.eval(means)
     return np.stack([np.array(m, np.float64) for m in means], axis=-1)
 
 
-def _kinship(s: Surfels, cache: RadianceCache, j: Any, y: Any, d: Any) -> Any:
-    """How much observation j tells of the surface at y, met by a ray along d.
+def _kinship(s: Surfels, cache: RadianceCache, j: Any, y: Any, d: Any) -> tuple[Any, Any]:
+    """How much observation j tells of the surface at y, met by a ray along d; whether it is near.
 
     It must face the ray; it counts less with distance, and much less off the hit's plane, which
     keeps the walls of a corner apart.
@@ -201,4 +293,6 @@ def _kinship(s: Surfels, cache: RadianceCache, j: Any, y: Any, d: Any) -> Any:
     normal = pick(s.normal, j)
     near = dr.square(dr.rcp(1e-3 + dr.squared_norm(away) / cache.reach**2))
     off = dr.dot(normal, away) / (FLATNESS * cache.reach)
-    return dr.select(dr.dot(normal, d) < 0, near * dr.exp(-dr.square(off)) + 1e-12, 0)
+    faces, apart = dr.dot(normal, d) < 0, dr.squared_norm(away)
+    told = faces & (apart < (NEAR * cache.reach) ** 2) & (dr.abs(off) < 1)
+    return dr.select(faces, near * dr.exp(-dr.square(off)) + 1e-12, 0), told

@@ -73,6 +73,12 @@ class Ground:
         chance = by_chance(sampled, dictionary)
         return Ground(whole, some, sampled, dictionary, is_open, chance)
 
+    def of_sample(self) -> Ground:
+        """The same with the sample as all that there is."""
+        if self.some is None:
+            return self
+        return replace(self, whole=self.whole.rows_of(self.some), some=None)
+
     def view(
         self,
         whole: Problem,

@@ -13,7 +13,7 @@ GOOD = (
     ("render", "box_plastic", *FEW, "-o", "{}/o.npz", "--set", "alpha=0.3", "--seed", "3"),
     ("render", "{}/room.xml", *FEW, "-o", "{}/o.npz", "--lights", "{}/l.json"),
     ("localize", "{}/readings.npz", "-o", "{}/f.json", "--bounds", "-1,-1,0.1,1,1,1"),
-    ("localize", "{}/seen.npz", "--scene", "{}/gone.xml", "-o", "{}/f.json", "--rendered", "4"),
+    ("localize", "{}/seen.npz", "--scene", "{}/gone.xml", "-o", "{}/f.json", "--indirect", "4"),
     ("localize", "{}/view.exr", "-o", "{}/f.json", "--method", "paper", "--seed", "1"),
     ("compare", "{}/lights.json", "{}/lights.json", "--within", "1", "--intensity", "5"),
     ("compare", "{}/lights.json", "box_one", "--set", "alpha=0.2"),

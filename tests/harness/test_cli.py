@@ -471,10 +471,12 @@ def test_the_answer_is_written_with_its_errors(tmp_path):
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (("--rendered", "64"), ("--rendered", "--scene")),
+        (("--indirect", "64"), ("--indirect", "--scene")),
         (("--method", "paper", "--ambient"), ("--method paper", "--ambient")),
         (("--method", "paper", "--noise", "estimate"), ("--method paper", "--noise")),
-        (("--rendered", "-1"), ("--rendered", "greater than or equal to 0")),
+        (("--indirect", "-1"), ("--indirect -1", "expected a number from 2", "gathered")),
+        (("--indirect", "often"), ("--indirect often", "expected a number from 2", "gathered")),
+        (("--method", "paper", "--indirect", "64", "--scene", "box_one"), ("--method paper",)),
         (("--noise", "maybe"), ("--noise", "maybe", "estimate")),
     ],
 )
@@ -546,7 +548,7 @@ def test_rendered_indirect_light(tmp_path):
     scene = ("--scene", "box_conductor", *metal)
     steps = (
         ("render", "box_conductor", *metal, "--points", "1000", "-o", "s.npz"),
-        ("localize", "s.npz", *scene, "--rendered", "256", "-o", "found.json"),
+        ("localize", "s.npz", *scene, "--indirect", "256", "-o", "found.json"),
         ("compare", "found.json", "box_conductor", *metal, "--within", "1.5", "--intensity", "4"),
     )
     for arguments in steps:

@@ -22,7 +22,7 @@ from lightloc import (
     radiance,
 )
 from lightloc.answer import MARGIN
-from lightloc.interreflection.rendered import movement
+from lightloc.interreflection.settle import movement
 from validation.rooms.plane import rooms
 
 FAR = 30.0  # standard errors: an outlier

@@ -37,7 +37,7 @@ def test_the_error_of_gathering_is_that_of_a_mean_of_groups(load, monkeypatch):
     seen = render.observe(room, points=POINTS, spp=2, seed=2)
     rng = np.random.default_rng(6)
 
-    def gathered(q, s, cache, geometry, first, count, seed):
+    def gathered(columns, channels, s, cache, geometry, first, count, seed):
         return 5 + rng.normal(size=(count * GROUPS, 1))
 
     monkeypatch.setattr(footnote_1, "_gather", gathered)

@@ -233,9 +233,10 @@ def test_a_function_is_asked_for_the_used_rows(rng):
     used = np.array([False, True, True, False, True, False])
     seen = ROOM.observe().at(np.arange(3))
     own = rendering(lambda positions: (H, 2 * H), None, seen, used, seed=0)
-    mean, error = own(np.zeros((2, 3)))
+    mean, error = own.columns(np.zeros((2, 3)), np.arange(2))
     np.testing.assert_array_equal(mean, H[used])
     np.testing.assert_array_equal(error, 2 * H[used])
+    np.testing.assert_array_equal(own.columns(np.zeros((2, 3)), [1])[0], H[used][:, 1:])
 
 
 def test_two_observations(refuses):

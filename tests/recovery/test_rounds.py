@@ -24,7 +24,14 @@ from lightloc.fit.criterion import Criterion
 from lightloc.fit.information import resolution
 from lightloc.fit.problem import Problem
 from lightloc.interreflection.all_light import Split
-from lightloc.interreflection.rendered import MOST_ROUNDS, movement, order_like, rounds
+from lightloc.interreflection.rendered import Function
+from lightloc.interreflection.settle import (
+    MOST_ROUNDS,
+    Room,
+    movement,
+    order_like,
+    rounds,
+)
 from lightloc.search.ground import Ground
 
 POINTS = 1000
@@ -72,7 +79,9 @@ def found_in(room: render.Room, q: Observations, first: Observations, indirect, 
     def certificate(problem, fit):
         return ground.view(problem, o, Criterion.of(o)).certificate(problem, fit)[0]
 
-    return rounds(q, first, ground.whole, indirect, search, certificate, o)
+    source = Function(indirect, np.ones(len(q), bool))
+    made = Room.of(q, ground.whole, source, search, o)
+    return rounds(search(first, None), made, certificate, o)
 
 
 def start(q: Observations, share: float = 0.9) -> Observations:
@@ -173,7 +182,8 @@ def test_metal(metal):
     first = remove_indirect(q, room.geometry)
     found = found_in(room, q, first, H, searched(room))
     verdict = validation.compare(found.lights, room.lights, room.diagonal)
-    plain = validation.compare(localize(q, room.geometry).lights, room.lights, room.diagonal)
+    plain = localize(q, room.geometry, indirect="gathered").lights
+    plain = validation.compare(plain, room.lights, room.diagonal)
     print(f"footnote 1: {plain}\nrendered: {verdict}")
     assert verdict.count_right, verdict
     assert np.abs(z_scores(found, room.lights)).max() < Z99

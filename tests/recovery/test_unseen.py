@@ -189,7 +189,7 @@ def test_among_interreflected_light(way, tmp_path):
     )
     room = render.load(tmp_path / "room.xml")
     q = render.observe(room, points=400, seed=1, spp=64, transport="full")
-    found = localize(q, room.geometry, indirect=32 if way == "rendered" else None)
+    found = localize(q, room.geometry, indirect=32 if way == "rendered" else "gathered")
     assert len(found.lights) == 1
     assert np.linalg.norm(found.lights.positions - room.lights.positions) < 0.05
     np.testing.assert_array_equal(np.isnan(found.lights.intensities), [[False, False, True]])

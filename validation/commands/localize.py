@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -15,6 +15,9 @@ from validation.jobs import ready, write_json
 
 if TYPE_CHECKING:
     from lightloc import Options, Paper
+
+
+MOST_PATHS = 65_536
 
 
 class Method(StrEnum):
@@ -49,14 +52,14 @@ def localize_command(
     method: Annotated[Method, typer.Option(help="Ours, or the paper's as published.")] = (
         Method.search
     ),
-    rendered: Annotated[
-        int | None,
+    indirect: Annotated[
+        str | None,
         typer.Option(
-            min=0,
-            max=65_536,
-            help="Paths per observation and light, to render the indirect light of what is found "
-            "(needs --scene); 0: remove it with the observations themselves, which requires a "
-            "largely diffuse room. By default 0, or 256 for pictures and readings of light meters.",
+            metavar="PATHS|gathered",
+            help="How indirect light is removed: rendered for what is found, with so many paths "
+            "per observation and light (needs --scene), or gathered from the observations, which "
+            "requires a largely diffuse room, seen almost everywhere. By default whichever the "
+            "observations allow.",
         ),
     ] = None,
     bounds: Annotated[
@@ -105,10 +108,11 @@ def localize_command(
         albedo,
         unit,
     )
-    if rendered and not scene:
-        raise ValueError("--rendered: needs --scene, the room that is rendered")
-    if method is Method.paper and (rendered or ambient or noise is Noise.estimate):
-        raise ValueError("--method paper: has no --rendered, --ambient or --noise estimate")
+    way = paths(indirect)
+    if isinstance(way, int) and not scene:
+        raise ValueError("--indirect: needs --scene, the room that is rendered")
+    if method is Method.paper and (isinstance(way, int) or ambient or noise is Noise.estimate):
+        raise ValueError("--method paper: has no --indirect PATHS, --ambient or --noise estimate")
     region = box(bounds)
     from validation.commands.progress import Bar
 
@@ -118,16 +122,14 @@ def localize_command(
 
         hidden = find or "point"
         room = render.load(scene, find=hidden, unit=unit, **parameters(set_)) if scene else None
-        seen, said, paths = given.read(room)
-        if rendered is None:
-            rendered = paths if method is Method.search else 0
+        seen, said = given.read(room)
         found = localize(
             seen,
             room.geometry if room else None,
             method=method.value,
             bounds=region,
             options=_options(method, ambient, noise),
-            indirect=rendered or None,
+            indirect=way,
             seed=seed,
             watch=lambda step: bar.say(f"{step.lights} lights, chi-square {step.chi2:.3g}"),
         )
@@ -139,6 +141,25 @@ def localize_command(
             count = len(room.known.emitters())
             lines.append(f"known light: {count} emitter(s), rendered and subtracted")
     say("\n".join([*lines, str(found)]), out)
+
+
+def paths(text: str | None) -> int | Literal["gathered"] | None:
+    """What ``--indirect`` asks for.
+
+    Examples
+    --------
+    >>> paths("256"), paths("gathered"), paths(None)
+    (256, 'gathered', None)
+    """
+    if text is None:
+        return None
+    if text == "gathered":
+        return "gathered"
+    if not (text.isdecimal() and text.isascii() and len(text) < 6 and 2 <= int(text) <= MOST_PATHS):
+        raise ValueError(
+            f"--indirect {text}: expected a number from 2 to {MOST_PATHS}, or gathered"
+        )
+    return int(text)
 
 
 def point(text: str) -> list[float]:

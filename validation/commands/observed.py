@@ -17,7 +17,6 @@ KINDS = {".npz": "npz", ".exr": "exr", ".csv": "csv", ".tsv": "csv", ".txt": "cs
 STARTS = {b"PK\x03\x04": "npz", b"\x76\x2f\x31\x01": "exr"}
 ENCODED = (".png", ".jpg", ".jpeg", ".bmp", ".gif", ".webp", ".heic", ".tif", ".tiff")
 NOBODY_SAYS = "unit"  # the unit of length of a file that does not say it
-PATHS = 256  # of each observation and light, where surfaces that shine are not observed
 
 
 @dataclass(frozen=True)
@@ -45,8 +44,8 @@ class Given:
         except OSError:
             return "npz"
 
-    def read(self, room: Room | None) -> tuple[Observations, str | None, int]:
-        """The observations, what to say of them, and paths to render where nobody says."""
+    def read(self, room: Room | None) -> tuple[Observations, str | None]:
+        """The observations, and what to say of them."""
         import render
         from lightloc import Observations, read_readings
 
@@ -63,14 +62,14 @@ class Given:
             seen = read_readings(first, albedo=self.albedo, interreflected=both, unit=unit)
             errors = "errors estimated" if seen.sigma is None else "errors given"
             said = f"{len(seen)} readings of {seen.quantity}, lengths in {seen.unit}, {errors}"
-            return seen, said, PATHS if both and seen.quantity == "irradiance" else 0
+            return seen, said
         self._only("sensor", "camera", "transport", "albedo")
         if kind == "exr":
-            return in_the_unit(render.observe_view(first, room), self.unit, first), None, 0
+            return in_the_unit(render.observe_view(first, room), self.unit, first), None
         seen = in_the_unit(Observations.load(first), self.unit, first)
-        return (render.attach(seen, room) if room else seen), None, 0
+        return (render.attach(seen, room) if room else seen), None
 
-    def _picture(self, room: Room | None) -> tuple[Observations, str, int]:
+    def _picture(self, room: Room | None) -> tuple[Observations, str]:
         import render
 
         if room:
@@ -92,7 +91,7 @@ class Given:
                 f"{picture.name}: interreflected light can't be removed without --scene; give it, "
                 "or --transport direct where there is none or --ambient stands for it"
             )
-        return seen, f"{picture}; {len(seen)} used", PATHS if full else 0
+        return seen, f"{picture}; {len(seen)} used"
 
     def _only(self, *absent: str) -> None:
         """Refuse options that do not belong to such a file."""

@@ -75,7 +75,7 @@ def one(name: str) -> RoomTrial:
     indirect = render.interreflected(room, seen, spp=RENDERED, seed=int(number))
     answer = rendered(seen, room, indirect, int(number), spent)
     seconds = time.perf_counter() - clock - sum(spent)
-    plain = localize(seen, room.geometry)
+    plain = localize(seen, room.geometry, indirect="gathered")
     at_best = most(seen, room, indirect, SOLVED)
     return _record(name, room, answer, seconds, spent, plain, at_best)
 

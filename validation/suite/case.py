@@ -10,12 +10,13 @@ import resource
 import time
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 import render
 from lightloc import Localization, Observations, PointLights, Reason, localize
+from lightloc.interreflection import Indirect
 from render import Room
 from validation import records
 from validation.jobs import made, write_json
@@ -55,7 +56,7 @@ def run_case(case: Case, folder: Path, command: str) -> dict[str, Any]:
     seen = observe(case, room, case.seed)
     seen.save(folder / "observations.npz")
     clock.lap("observe")
-    indirect = None
+    indirect: Indirect | Literal["gathered"] = "gathered"
     if case.rendered:
         indirect = render.interreflected(room, seen, spp=case.rendered, seed=case.seed + THIRD_SEED)
     found = localize(seen, room.geometry, bounds=case.bounds, indirect=indirect, seed=case.seed)
