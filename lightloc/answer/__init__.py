@@ -11,6 +11,7 @@ For other rooms, in pipeline order:
 - `Reason`: why a search stopped.
 - `Kind`: what sort of thing can't be told.
 - `Verdict`: one thing that the data can't decide.
+- `Departed`: what was fitted beside the lights.
 - `too_few`: fewer lit observations than unknowns.
 - `mirrored`: a light's mirror image would look the same.
 - `hidden`: a part of the region that nothing observed sees.
@@ -27,6 +28,7 @@ For other rooms, in pipeline order:
 """
 
 from lightloc.answer.basis import Assumption, Count, Noise, NoiseLaw, Way
+from lightloc.answer.departed import Departed
 from lightloc.answer.judge import MARGIN, at_border, judged, localization, with_unknowns
 from lightloc.answer.result import Localization, Reason, Step, among, in_the_unit
 from lightloc.answer.verdicts import (
@@ -49,6 +51,7 @@ __all__ = [
     "Reason",
     "Kind",
     "Verdict",
+    "Departed",
     "too_few",
     "mirrored",
     "hidden",

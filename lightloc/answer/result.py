@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from lightloc import units
 from lightloc.answer.basis import Assumption, Count, Noise, Way
+from lightloc.answer.departed import Departed
 from lightloc.answer.stored import plain, read, write
 from lightloc.answer.verdicts import Verdict
 from lightloc.checks import printable
@@ -134,6 +135,9 @@ class Localization:
         What the answer takes for granted and the observations were not asked about.
     way : Way
         How interreflected light was treated.
+    departures : tuple of Departed
+        What was fitted together with the lights, the likeliest first; none where the model is right
+        as far as can be seen.
 
     Examples
     --------
@@ -173,6 +177,7 @@ class Localization:
     relative: bool = False
     assumed: tuple[Assumption, ...] = ()
     way: Way = Way.DIRECT
+    departures: tuple[Departed, ...] = ()
 
     @property
     def unit(self) -> str:
@@ -197,8 +202,8 @@ class Localization:
         dict
             ``format``, ``unit``, ``intensity_unit``, ``lights`` (a dict each; `PointLights.load`
             reads them from a file), ``reason``, ``verdicts``, ``chi2``, ``certificate``,
-            ``ambient``, ``noise``, ``counts``, ``relative``, ``assumed`` and ``way``. Members of
-            enumerations go by their names. None stands for a number that is infinite or NaN.
+            ``ambient``, ``noise``, ``counts``, ``relative``, ``assumed``, ``way`` and ``departures``.
+            Members of enumerations go by their names. None stands for a number that is infinite or NaN.
 
         Examples
         --------

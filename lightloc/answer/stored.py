@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from lightloc.answer.basis import Assumption, Count, Noise, NoiseLaw, Way
+from lightloc.answer.departed import Departed
 from lightloc.answer.verdicts import Kind, Verdict
 from lightloc.files import archive, whole
 from lightloc.given import PointLights
@@ -62,6 +63,16 @@ def plain(found: Mapping[str, Any]) -> dict[str, Any]:
         "relative": found["relative"],
         "assumed": [assumption.name for assumption in found["assumed"]],
         "way": found["way"].name,
+        "departures": [
+            {
+                "kind": d.kind.name,
+                "name": d.name,
+                "values": known(d.values),
+                "errors": known(d.errors),
+                "share": known(d.share),
+            }
+            for d in found["departures"]
+        ],
     }
 
 
@@ -151,6 +162,16 @@ def read(path: str | Path) -> dict[str, Any]:
         ),
         "assumed": tuple(Assumption[name] for name in answer["assumed"]),
         "way": Way[answer["way"]],
+        "departures": tuple(
+            Departed(
+                Kind[d["kind"]],
+                d["name"],
+                np.array(d["values"], float),
+                np.array(d["errors"], float),
+                d["share"],
+            )
+            for d in answer.get("departures", ())
+        ),
         "reason": answer["reason"],
         "history": answer["history"],
     }

@@ -1,0 +1,139 @@
+"""Which departure, with how many lights, explains what is seen for the least.
+
+What is weighed is the robust chi-square, in units of the noise that the best leaves, and a price
+on top: of each light, and of each unknown of a departure.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import chi2
+
+from lightloc.diagnosis.departure import Array, Departure, Evidence, Maker
+from lightloc.diagnosis.joint import Joint, fitted, left, lost, promised
+from lightloc.fit import Fit, level_of
+from lightloc.given import PointLights
+
+RARE = 1e-6
+"""Chance that noise gains what a departure costs: dozens are asked, at several starts each."""
+
+HOPES = 2
+"""Counts of lights with which each departure is fitted: those of which it promises most."""
+
+TRIED = 16
+"""Pairs of a count and a departure that are fitted."""
+
+
+@dataclass(frozen=True, eq=False)
+class Promise:
+    """What a departure would leave beside lights, to first order."""
+
+    lights: PointLights
+    departure: Departure
+    unknowns: Array
+    cost: float
+
+
+def price(evidence: Evidence, departure: Departure | None, unknowns: int) -> float:
+    """Chi-square that a departure must gain, in units of the noise; 0 of none."""
+    if departure is None:
+        return 0.0
+    luck = float(chi2.isf(RARE, departure.rank or unknowns))
+    return max(luck, evidence.criterion.shared * evidence.problem.rows)
+
+
+def plain(evidence: Evidence, lights: PointLights) -> Joint:
+    """Lights as they are, without a departure."""
+    z = left(evidence, evidence.lit(lights).plain.B)
+    return Joint(lights, None, np.zeros(0), z, lost(evidence, z)[0])
+
+
+def promises(evidence: Evidence, lights: PointLights, makers: Sequence[Maker]) -> list[Promise]:
+    """What each departure would leave beside lights, from the best of its starts."""
+    lit, result = evidence.lit(lights), []
+    for departure in (one for maker in makers for one in maker(lit)):
+        each = [
+            Promise(lights, departure, u, promised(evidence, departure.model(lit, u))[0])
+            for u in departure.starts(lit)
+        ]
+        result += sorted(each, key=lambda one: one.cost)[:1]
+    return result
+
+
+def level(joints: Iterable[Joint]) -> float:
+    """The least residuals of any, in standard errors, taken for noise; 1 where less."""
+    return max(1.0, min(level_of(one.residual) for one in joints))
+
+
+def total(evidence: Evidence, joint: Joint, noise: float) -> float:
+    """What a fit leaves, in units of the noise, and what it costs."""
+    lights = len(joint.lights) * evidence.criterion.price(evidence.problem)
+    own = price(evidence, joint.departure, len(joint.unknowns))
+    return lost(evidence, joint.residual / noise)[0] + lights + own
+
+
+def is_explained(evidence: Evidence, joint: Joint) -> bool:
+    """Whether a fit leaves no more than noise."""
+    fit = Fit(joint.lights, joint.residual, joint.cost)
+    return evidence.criterion.is_explained(evidence.problem, fit)
+
+
+def hope(evidence: Evidence, one: Promise) -> float:
+    """What a promise leaves and costs."""
+    lights = len(one.lights) * evidence.criterion.price(evidence.problem)
+    return one.cost + lights + price(evidence, one.departure, len(one.unknowns))
+
+
+def attempts(evidence: Evidence, every: Sequence[Promise]) -> list[Joint]:
+    """Fits of the pairs of a count of lights and a departure that promise most."""
+    every, some = sorted(every, key=lambda one: hope(evidence, one)), list[Promise]()
+    for one in every:
+        if sum(other.departure.name == one.departure.name for other in some) < HOPES:
+            some.append(one)
+    return [fitted(evidence, one.lights, one.departure, one.unknowns) for one in some[:TRIED]]
+
+
+def best_of(evidence: Evidence, joints: Sequence[Joint]) -> Joint:
+    """The one that explains for the least.
+
+    Where none explains, errors are shared by neighbours, and a light must gain more.
+    """
+    if not any(is_explained(evidence, one) for one in joints):
+        evidence = replace(evidence, criterion=evidence.criterion.doubting())
+    noise = level(joints)
+    return min(joints, key=lambda one: total(evidence, one, noise))
+
+
+def spread(evidence: Evidence, best: Joint, every: Sequence[Promise]) -> list[Joint]:
+    """The departure that is best so far with the other counts of lights, begun where it ended."""
+    if best.departure is None:
+        return []
+    result = []
+    for one in every:
+        if one.departure.name == best.departure.name and len(one.lights) != len(best.lights):
+            same = len(one.unknowns) == len(best.unknowns)
+            u = best.unknowns if same else one.unknowns
+            result.append(fitted(evidence, one.lights, one.departure, u))
+    return result
+
+
+def pruned(evidence: Evidence, best: Joint) -> Joint:
+    """Without the lights that are not needed beside the departure."""
+    while len(best.lights):
+        fewer = [without(evidence, best, i) for i in range(len(best.lights))]
+        one = best_of(evidence, [best, *fewer])
+        if one is best:
+            return best
+        best = one
+    return best
+
+
+def without(evidence: Evidence, joint: Joint, i: int) -> Joint:
+    """The same fitted again with one light less."""
+    kept = np.delete(np.arange(len(joint.lights)), i)
+    lights = PointLights(joint.lights.positions[kept], joint.lights.intensities[kept])
+    u = joint.departure.kept(joint.unknowns, kept) if joint.departure else joint.unknowns
+    return fitted(evidence, lights, joint.departure, u)

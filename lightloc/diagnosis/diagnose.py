@@ -1,0 +1,263 @@
+"""An answer, asked whether the model that it rests on is wrong, and in which way."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lightloc.answer import MARGIN, Departed, Kind, Localization, Reason, Step, Verdict, judged
+from lightloc.diagnosis.choice import (
+    Promise,
+    attempts,
+    best_of,
+    hope,
+    is_explained,
+    level,
+    plain,
+    promises,
+    pruned,
+    spread,
+    total,
+)
+from lightloc.diagnosis.departure import Evidence, Maker
+from lightloc.diagnosis.encoding import encodings
+from lightloc.diagnosis.indirect import indirect
+from lightloc.diagnosis.joint import Joint, covariance, fitted
+from lightloc.diagnosis.material import materials
+from lightloc.diagnosis.noise import WHITE, alike
+from lightloc.diagnosis.outside import outside
+from lightloc.fields import intensity_distance
+from lightloc.fit import (
+    Bound,
+    Criterion,
+    Problem,
+    inseparable,
+    is_exact,
+    level_of,
+    resolution,
+)
+from lightloc.given import Geometry, Observations, Options, PointLights
+from lightloc.optics import reflected_ambient
+
+SAMPLE = 1024
+"""Observations that departures are asked of; what is told is then fitted to all."""
+
+PART = 0.2
+"""Share of what lights leave beyond noise that a kind must explain to be named beside the first."""
+
+SPREAD = 1.17
+"""Standard error of a standard deviation that is estimated by the median, times sqrt(n) over it."""
+
+MAKERS: tuple[Maker, ...] = (materials, encodings, indirect, outside)
+"""What departures there are, kind by kind."""
+
+
+def diagnosed(
+    found: Localization,
+    q: Observations,
+    geometry: Geometry | None,
+    bounds: NDArray[np.float64],
+    o: Options,
+    criterion: Criterion,
+    seed: int = 0,
+) -> Localization:
+    """The answer, or what is left of it where the model is wrong in a way that can be named.
+
+    ``q`` are the observations that ``found`` is of, (2, 3) ``bounds`` the region.
+    """
+    right = found.reason in (Reason.CONVERGED, Reason.UNDECIDED)
+    if not (right or found.reason in (Reason.NO_GAIN, Reason.MOST_LIGHTS)) or found.width.any():
+        return found
+    if any(v.kind is Kind.TOO_FEW for v in found.verdicts) or (is_exact(q) and right):
+        return found
+    whole = evidence_of(found, q, geometry, bounds, o, criterion)
+    some = np.random.default_rng(seed).permutation(len(q))[:SAMPLE]
+    evidence = whole if len(q) <= SAMPLE else whole.rows_of(np.sort(some))
+    base = plain(evidence, found.lights)
+    asked = promises(evidence, found.lights, MAKERS)
+    explained = is_explained(evidence, base)
+    if explained and not any(hope(evidence, one) < cost_of(evidence, base) for one in asked):
+        return found
+    verdict = weighed(evidence, base, found, asked, explained)
+    return found if verdict is None else told(found, whole, verdict, o)
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """What a diagnosis came to.
+
+    Parameters
+    ----------
+    best
+        The fit that explains for the least; without a departure where none is worth its price.
+    others
+        The best fit with a departure of each kind, the best first, and the share that it explains.
+    explained
+        Whether the best leaves no more than noise.
+    """
+
+    best: Joint
+    others: tuple[tuple[Joint, float], ...]
+    explained: bool
+
+
+def cost_of(evidence: Evidence, joint: Joint) -> float:
+    """What lights leave and cost."""
+    return joint.cost + len(joint.lights) * evidence.criterion.price(evidence.problem)
+
+
+def weighed(
+    evidence: Evidence,
+    base: Joint,
+    found: Localization,
+    asked: Sequence[Promise],
+    explained: bool,
+) -> Diagnosis | None:
+    """All departures with all counts of lights; None where nothing is worth its price."""
+    every = list(asked)
+    for count in found.counts:
+        if len(count.lights) < len(found.lights):
+            every += promises(evidence, count.lights, MAKERS)
+    joints = [base, *attempts(evidence, every)]
+    more = spread(evidence, best_of(evidence, joints), every)
+    best = pruned(evidence, best_of(evidence, [*joints, *more]))
+    if best.departure is None and explained:
+        return None
+    alone = fitted(evidence, best.lights, None, np.zeros(0)) if best.departure else base
+    others = first_of_each(evidence, [best, *joints, *more])
+    excess = max(alone.cost - evidence.problem.rows, 1.0)
+    shares = [float(np.clip((alone.cost - one.cost) / excess, 0, 1)) for one in others]
+    return Diagnosis(best, tuple(zip(others, shares, strict=True)), is_explained(evidence, best))
+
+
+def first_of_each(evidence: Evidence, joints: Sequence[Joint]) -> list[Joint]:
+    """Of each kind of departure the fit that explains for the least, the best kind first."""
+    noise, kinds = level(joints), dict[Kind, Joint]()
+    for one in sorted(joints, key=lambda one: total(evidence, one, noise)):
+        if one.departure:
+            kinds.setdefault(one.departure.kind, one)
+    return list(kinds.values())
+
+
+def told(found: Localization, whole: Evidence, diagnosis: Diagnosis, o: Options) -> Localization:
+    """The answer with what a diagnosis came to."""
+    kept = [v for v in found.verdicts if v.kind is Kind.UNEXPLAINED and not diagnosis.explained]
+    best = diagnosis.best
+    named = [
+        said(one, share, whole, sure=one is best and diagnosis.explained)
+        for one, share in diagnosis.others
+        if one is best or share > PART
+    ]
+    if best.departure is None:
+        here = plain(whole, found.lights)
+        if alike(whole, here.residual) < WHITE:
+            return louder(found, whole, here, o)
+        rest = [v for v in found.verdicts if v not in kept]
+        return replace(found, verdicts=(*kept, *(verdict for verdict, _ in named), *rest))
+    joint = on_all(whole, best)
+    answer = moved(found, whole, joint, o)
+    others = [v for v in answer.verdicts if v.kind in (Kind.HIDDEN,)]
+    verdicts = (*kept, *(verdict for verdict, _ in named), *others)
+    reason = Reason.UNDECIDED if diagnosis.explained else Reason.NO_GAIN
+    departures = tuple(departed for _, departed in named)
+    answer = replace(answer, verdicts=verdicts, reason=reason, departures=departures)
+    return judged(answer, whole.problem, o)
+
+
+def said(joint: Joint, share: float, whole: Evidence, sure: bool) -> tuple[Verdict, Departed]:
+    """A departure as a user reads it, and as values."""
+    one = on_all(whole, joint)
+    assert one.departure is not None
+    count = len(one.unknowns)
+    spread = covariance(whole, one)
+    noise = max(1.0, level_of(one.residual))
+    errors = noise * np.sqrt(np.maximum(np.diag(spread)[len(spread) - count :], 0))
+    what = one.departure.said(one.unknowns, errors)
+    first = "The model as given does not explain the data" if sure else "Most like it"
+    sentence = (
+        f"{first}: {what}. With {len(one.lights)} light(s) that explains {100 * share:.0f} % of "
+        f"what they leave beyond noise; try {one.departure.trial}."
+    )
+    departed = Departed(one.departure.kind, one.departure.name, one.unknowns, errors, share)
+    return Verdict(one.departure.kind, (), sentence), departed
+
+
+def on_all(whole: Evidence, joint: Joint) -> Joint:
+    """A fit to a sample, fitted to all observations, the brightest light first."""
+    assert joint.departure is not None
+    order = np.argsort(-joint.lights.intensities.sum(axis=1), kind="stable")
+    lights = PointLights(joint.lights.positions[order], joint.lights.intensities[order])
+    lit = whole.lit(lights)
+    same = [one for maker in MAKERS for one in maker(lit) if one.name == joint.departure.name]
+    if not same:
+        return replace(joint, residual=plain(whole, lights).residual, lights=lights)
+    u, starts = joint.departure.kept(joint.unknowns, order), same[0].starts(lit)
+    return fitted(whole, lights, same[0], u if len(u) == starts.shape[1] else starts[0])
+
+
+def moved(found: Localization, whole: Evidence, joint: Joint, o: Options) -> Localization:
+    """The answer with the lights of a fit, and errors that know of its departure."""
+    lights, problem = joint.lights, whole.problem
+    k, c = lights.intensities.shape
+    m, noise = k * (len(problem.axes) + c), max(1.0, level_of(joint.residual))
+    spread = noise**2 * covariance(whole, joint)[:m, :m]
+    errors = Bound.of(spread, problem.axes, k, c)
+    top, _ = intensity_distance(whole.q, lights.positions, problem.geometry, MARGIN)
+    chi2 = joint.cost / problem.rows
+    return replace(
+        found,
+        lights=lights,
+        position_error=errors.position,
+        intensity_error=errors.intensity,
+        covariance=spread,
+        bound=top,
+        residual=joint.residual,
+        inseparable=inseparable(lights, errors.position),
+        resolution=resolution(problem, lights),
+        width=np.zeros(k),
+        certificate=np.nan,
+        chi2=chi2,
+        history=(*found.history, Step("fit with what may be wrong", k, chi2)),
+        noise=replace(found.noise, outliers=np.abs(joint.residual) > o.outlier),
+    )
+
+
+def louder(found: Localization, whole: Evidence, here: Joint, o: Options) -> Localization:
+    """The answer with errors as large as what is left, which is alike at no neighbours."""
+    noise = level_of(here.residual)
+    error = SPREAD * noise / np.sqrt(whole.problem.rows)
+    sentence = (
+        f"What the lights leave looks like noise, but {noise:.3g} ± {error:.1g} times as large as "
+        f'the standard errors say; try Options(noise="estimate").'
+    )
+    answer = replace(
+        found,
+        position_error=found.position_error * noise,
+        intensity_error=found.intensity_error * noise,
+        covariance=found.covariance * noise**2,
+        reason=Reason.UNDECIDED,
+        verdicts=(
+            Verdict(Kind.NOISE, (), sentence),
+            *(v for v in found.verdicts if v.kind is not Kind.UNEXPLAINED),
+        ),
+    )
+    return judged(answer, whole.problem, o)
+
+
+def evidence_of(
+    found: Localization,
+    q: Observations,
+    geometry: Geometry | None,
+    bounds: NDArray[np.float64],
+    o: Options,
+    criterion: Criterion,
+) -> Evidence:
+    """The observations that an answer is of, as they were used."""
+    used = q.with_radiance(found.direct, found.sigma, interreflected=False)
+    problem = Problem.of(used, found.sigma, geometry, bounds)
+    if o.ambient:
+        problem = replace(problem, ambient=reflected_ambient(problem.surfels, used.channels))
+    return Evidence(used, problem, criterion)
