@@ -202,8 +202,9 @@ class Localization:
         dict
             ``format``, ``unit``, ``intensity_unit``, ``lights`` (a dict each; `PointLights.load`
             reads them from a file), ``reason``, ``verdicts``, ``chi2``, ``certificate``,
-            ``ambient``, ``noise``, ``counts``, ``relative``, ``assumed``, ``way`` and ``departures``.
-            Members of enumerations go by their names. None stands for a number that is infinite or NaN.
+            ``ambient``, ``noise``, ``counts``, ``relative``, ``assumed``, ``way`` and
+            ``departures``. Members of enumerations go by their names. None stands for a number that
+            is infinite or NaN.
 
         Examples
         --------

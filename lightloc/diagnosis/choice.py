@@ -10,10 +10,11 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from lightloc.diagnosis.departure import Array, Departure, Evidence, Maker
-from lightloc.diagnosis.joint import Joint, fitted, left, lost, promised
+from lightloc.diagnosis.joint import Joint, ahead, covariance, fitted, ground_of, left, lost
 from lightloc.fit import Fit, level_of
 from lightloc.given import PointLights
 
@@ -23,8 +24,14 @@ RARE = 1e-6
 HOPES = 2
 """Counts of lights with which each departure is fitted: those of which it promises most."""
 
-TRIED = 16
-"""Pairs of a count and a departure that are fitted."""
+TRIED, FRONT = 12, 3
+"""Pairs of a count and a departure that are fitted roughly, and to their end."""
+
+QUICK = 3
+"""Steps at each width of a rough fit."""
+
+NEEDED = 4.0
+"""A light is needed, unasked, if its intensity is beyond 0 by so many times its price."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,15 +58,25 @@ def plain(evidence: Evidence, lights: PointLights) -> Joint:
     return Joint(lights, None, np.zeros(0), z, lost(evidence, z)[0])
 
 
-def promises(evidence: Evidence, lights: PointLights, makers: Sequence[Maker]) -> list[Promise]:
-    """What each departure would leave beside lights, from the best of its starts."""
+def promises(
+    evidence: Evidence, lights: PointLights, makers: Sequence[Maker], far: bool = True
+) -> list[Promise]:
+    """What each departure would leave beside lights, from the best of its starts.
+
+    Only from those at which the model is as given where nothing ``far`` is asked.
+    """
     lit, result = evidence.lit(lights), []
+    ground = ground_of(lit)
     for departure in (one for maker in makers for one in maker(lit)):
-        each = [
-            Promise(lights, departure, u, promised(evidence, departure.model(lit, u))[0])
-            for u in departure.starts(lit)
-        ]
-        result += sorted(each, key=lambda one: one.cost)[:1]
+        each: list[tuple[float, int, Array]] = []
+        for i, u in enumerate(departure.starts(lit)):
+            if i < departure.none:
+                each.append((ground.promised(departure.columns(lit, u)), i, u))
+            elif far:
+                each.append((ahead(evidence, departure.model(lit, u)), i, u))
+        if each:
+            cost, _, u = min(each)
+            result.append(Promise(lights, departure, u, cost))
     return result
 
 
@@ -88,12 +105,30 @@ def hope(evidence: Evidence, one: Promise) -> float:
 
 
 def attempts(evidence: Evidence, every: Sequence[Promise]) -> list[Joint]:
-    """Fits of the pairs of a count of lights and a departure that promise most."""
+    """Fits of the pairs of a count of lights and a departure that promise most.
+
+    All are fitted roughly, and those that come nearest to their end.
+    """
     every, some = sorted(every, key=lambda one: hope(evidence, one)), list[Promise]()
     for one in every:
         if sum(other.departure.name == one.departure.name for other in some) < HOPES:
             some.append(one)
-    return [fitted(evidence, one.lights, one.departure, one.unknowns) for one in some[:TRIED]]
+    rough = [
+        fitted(evidence, one.lights, one.departure, one.unknowns, QUICK) for one in some[:TRIED]
+    ]
+    return finished(evidence, rough)
+
+
+def finished(evidence: Evidence, rough: Sequence[Joint]) -> list[Joint]:
+    """Fits of which those that come nearest are fitted to their end."""
+    if not rough:
+        return []
+    noise = level(rough)
+    order = sorted(rough, key=lambda one: total(evidence, one, noise))
+    return [
+        fitted(evidence, one.lights, one.departure, one.unknowns) if i < FRONT else one
+        for i, one in enumerate(order)
+    ]
 
 
 def best_of(evidence: Evidence, joints: Sequence[Joint]) -> Joint:
@@ -116,19 +151,29 @@ def spread(evidence: Evidence, best: Joint, every: Sequence[Promise]) -> list[Jo
         if one.departure.name == best.departure.name and len(one.lights) != len(best.lights):
             same = len(one.unknowns) == len(best.unknowns)
             u = best.unknowns if same else one.unknowns
-            result.append(fitted(evidence, one.lights, one.departure, u))
-    return result
+            result.append(fitted(evidence, one.lights, one.departure, u, QUICK))
+    return finished(evidence, result)[:1]
 
 
 def pruned(evidence: Evidence, best: Joint) -> Joint:
     """Without the lights that are not needed beside the departure."""
     while len(best.lights):
-        fewer = [without(evidence, best, i) for i in range(len(best.lights))]
+        fewer = [without(evidence, best, int(i)) for i in doubtful(evidence, best)]
         one = best_of(evidence, [best, *fewer])
         if one is best:
             return best
         best = one
     return best
+
+
+def doubtful(evidence: Evidence, joint: Joint) -> NDArray[np.intp]:
+    """The lights that may not be needed: whose intensities are not far beyond 0."""
+    (k, c), spread = joint.lights.intensities.shape, covariance(evidence, joint)
+    first = k * len(evidence.problem.axes)
+    error = np.sqrt(np.diag(spread)[first : first + k * c]).reshape(k, c)
+    beyond = np.square(joint.lights.intensities / np.maximum(error, np.finfo(float).tiny))
+    worth = NEEDED * evidence.criterion.price(evidence.problem) * level([joint]) ** 2
+    return np.flatnonzero(beyond.sum(axis=1) < worth)
 
 
 def without(evidence: Evidence, joint: Joint, i: int) -> Joint:

@@ -8,8 +8,9 @@ by which both are fitted together, `Modelled`.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,10 +76,13 @@ class Lit:
         The observations.
     lights
         The lights.
+    memo
+        What several departures ask of the same lights, by their own keys.
     """
 
     evidence: Evidence
     lights: PointLights
+    memo: dict[Any, Any] = field(default_factory=dict)
 
     @cached_property
     def seen(self) -> NDArray[np.floating]:
@@ -158,6 +162,8 @@ class Departure:
         What is wrong, as a user reads it: "the albedo of floor".
     model : callable
         B with its derivatives, of what k lights bring (`Lit`) and of the (u,) unknowns.
+    columns : callable
+        The derivatives (n, c, u) alone, at unknowns at which the model is as given.
     starts : callable
         Where the unknowns may begin, of what the lights bring: (s, u).
     said : callable
@@ -166,6 +172,8 @@ class Departure:
         What a user may do about it: a clause that follows "try".
     limits : callable
         The least and the largest of each unknown of k lights: (2, u).
+    none : int
+        How many of the starts, the first, leave the model as it is given.
     rank : int
         How many unknowns it is charged for; as many as it has where 0.
     kept : callable
@@ -176,10 +184,12 @@ class Departure:
     kind: Kind
     name: str
     model: Callable[[Lit, Array], Modelled]
+    columns: Callable[[Lit, Array], Array]
     starts: Callable[[Lit], Array]
     said: Callable[[Array, Array], str]
     trial: str
     limits: Callable[[Lit], Array]
+    none: int = 1
     rank: int = 0
     kept: Callable[[Array, NDArray[np.intp]], Array] = lambda u, some: u
 
@@ -201,6 +211,11 @@ def pointwise(change: Change) -> Callable[[Lit, Array], Modelled]:
         return Modelled(B, plain.by_lights * slope[:, :, None], by_unknowns)
 
     return model
+
+
+def slope_of(change: Change) -> Callable[[Lit, Array], Array]:
+    """The columns of such a departure."""
+    return lambda lit, u: change(lit.plain.B, u)[2]
 
 
 def added(columns: Array) -> Change:

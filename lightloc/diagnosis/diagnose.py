@@ -77,8 +77,8 @@ def diagnosed(
     some = np.random.default_rng(seed).permutation(len(q))[:SAMPLE]
     evidence = whole if len(q) <= SAMPLE else whole.rows_of(np.sort(some))
     base = plain(evidence, found.lights)
-    asked = promises(evidence, found.lights, MAKERS)
     explained = is_explained(evidence, base)
+    asked = promises(evidence, found.lights, MAKERS, far=not explained)
     if explained and not any(hope(evidence, one) < cost_of(evidence, base) for one in asked):
         return found
     verdict = weighed(evidence, base, found, asked, explained)
@@ -91,6 +91,8 @@ class Diagnosis:
 
     Parameters
     ----------
+    evidence
+        What it was asked of.
     best
         The fit that explains for the least; without a departure where none is worth its price.
     others
@@ -99,6 +101,7 @@ class Diagnosis:
         Whether the best leaves no more than noise.
     """
 
+    evidence: Evidence
     best: Joint
     others: tuple[tuple[Joint, float], ...]
     explained: bool
@@ -130,7 +133,8 @@ def weighed(
     others = first_of_each(evidence, [best, *joints, *more])
     excess = max(alone.cost - evidence.problem.rows, 1.0)
     shares = [float(np.clip((alone.cost - one.cost) / excess, 0, 1)) for one in others]
-    return Diagnosis(best, tuple(zip(others, shares, strict=True)), is_explained(evidence, best))
+    pairs = tuple(zip(others, shares, strict=True))
+    return Diagnosis(evidence, best, pairs, is_explained(evidence, best))
 
 
 def first_of_each(evidence: Evidence, joints: Sequence[Joint]) -> list[Joint]:
@@ -144,45 +148,45 @@ def first_of_each(evidence: Evidence, joints: Sequence[Joint]) -> list[Joint]:
 
 def told(found: Localization, whole: Evidence, diagnosis: Diagnosis, o: Options) -> Localization:
     """The answer with what a diagnosis came to."""
+    best, answer = diagnosis.best, found
     kept = [v for v in found.verdicts if v.kind is Kind.UNEXPLAINED and not diagnosis.explained]
-    best = diagnosis.best
-    named = [
-        said(one, share, whole, sure=one is best and diagnosis.explained)
-        for one, share in diagnosis.others
-        if one is best or share > PART
-    ]
+    rest = [v for v in found.verdicts if v.kind is not Kind.UNEXPLAINED]
     if best.departure is None:
         here = plain(whole, found.lights)
         if alike(whole, here.residual) < WHITE:
             return louder(found, whole, here, o)
-        rest = [v for v in found.verdicts if v not in kept]
-        return replace(found, verdicts=(*kept, *(verdict for verdict, _ in named), *rest))
-    joint = on_all(whole, best)
-    answer = moved(found, whole, joint, o)
-    others = [v for v in answer.verdicts if v.kind in (Kind.HIDDEN,)]
-    verdicts = (*kept, *(verdict for verdict, _ in named), *others)
-    reason = Reason.UNDECIDED if diagnosis.explained else Reason.NO_GAIN
-    departures = tuple(departed for _, departed in named)
-    answer = replace(answer, verdicts=verdicts, reason=reason, departures=departures)
+    else:
+        best = on_all(whole, best)
+        answer, rest = moved(found, whole, best, o), [v for v in rest if v.kind is Kind.HIDDEN]
+    named = []
+    for one, share in diagnosis.others:
+        if one is diagnosis.best:
+            named.append(said(whole, best, share, sure=diagnosis.explained))
+        elif share > PART:
+            named.append(said(diagnosis.evidence, one, share, sure=False))
+    answer = replace(
+        answer,
+        verdicts=(*kept, *(verdict for verdict, _ in named), *rest),
+        departures=tuple(departed for _, departed in named),
+        reason=Reason.UNDECIDED if diagnosis.explained else found.reason,
+    )
     return judged(answer, whole.problem, o)
 
 
-def said(joint: Joint, share: float, whole: Evidence, sure: bool) -> tuple[Verdict, Departed]:
+def said(evidence: Evidence, joint: Joint, share: float, sure: bool) -> tuple[Verdict, Departed]:
     """A departure as a user reads it, and as values."""
-    one = on_all(whole, joint)
-    assert one.departure is not None
-    count = len(one.unknowns)
-    spread = covariance(whole, one)
-    noise = max(1.0, level_of(one.residual))
-    errors = noise * np.sqrt(np.maximum(np.diag(spread)[len(spread) - count :], 0))
-    what = one.departure.said(one.unknowns, errors)
-    first = "The model as given does not explain the data" if sure else "Most like it"
+    departure = joint.departure
+    assert departure is not None
+    spread, noise = covariance(evidence, joint), max(1.0, level_of(joint.residual))
+    own = np.diag(spread)[len(spread) - len(joint.unknowns) :]
+    errors = noise * np.sqrt(np.maximum(own, 0))
+    first = "The model as given does not explain the data" if sure else "What is left is most like"
     sentence = (
-        f"{first}: {what}. With {len(one.lights)} light(s) that explains {100 * share:.0f} % of "
-        f"what they leave beyond noise; try {one.departure.trial}."
+        f"{first}: {departure.said(joint.unknowns, errors)}. With {len(joint.lights)} light(s) "
+        f"that explains {100 * share:.0f} % of what they leave beyond noise; try {departure.trial}."
     )
-    departed = Departed(one.departure.kind, one.departure.name, one.unknowns, errors, share)
-    return Verdict(one.departure.kind, (), sentence), departed
+    told = Departed(departure.kind, departure.name, joint.unknowns, errors, share)
+    return Verdict(departure.kind, (), sentence), told
 
 
 def on_all(whole: Evidence, joint: Joint) -> Joint:
@@ -190,8 +194,8 @@ def on_all(whole: Evidence, joint: Joint) -> Joint:
     assert joint.departure is not None
     order = np.argsort(-joint.lights.intensities.sum(axis=1), kind="stable")
     lights = PointLights(joint.lights.positions[order], joint.lights.intensities[order])
-    lit = whole.lit(lights)
-    same = [one for maker in MAKERS for one in maker(lit) if one.name == joint.departure.name]
+    lit, name = whole.lit(lights), joint.departure.name
+    same = [one for maker in MAKERS for one in maker(lit) if one.name == name]
     if not same:
         return replace(joint, residual=plain(whole, lights).residual, lights=lights)
     u, starts = joint.departure.kept(joint.unknowns, order), same[0].starts(lit)

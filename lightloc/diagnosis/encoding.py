@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from lightloc.answer import Kind
-from lightloc.diagnosis.departure import Array, Departure, Lit, fixed, pointwise
+from lightloc.diagnosis.departure import Array, Departure, Lit, fixed, pointwise, slope_of
 
 STARTS = (1.0, 1 / 2.2, 2.2)
 """Exponents from which one is fitted: none, and those of pictures taken for radiance or back."""
@@ -25,11 +25,16 @@ def encodings(lit: Lit) -> list[Departure]:
     mean = float(np.abs(B).mean())
     if not mean or not (B > 0).any():
         return []
+
+    def change(M: Array, u: Array) -> tuple[Array, Array, Array]:
+        return power(M, u, mean)
+
     return [
         Departure(
             Kind.ENCODING,
             "the encoding",
-            pointwise(lambda M, u: power(M, u, mean)),
+            pointwise(change),
+            slope_of(change),
             fixed(np.array(STARTS)[:, None]),
             lambda u, e: f"values are radiance to the power of {u[0]:.3f} ± {e[0]:.1g}",
             'Options(free=("gamma",)), or decode the values first',

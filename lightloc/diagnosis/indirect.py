@@ -43,6 +43,7 @@ def departure(name: str, columns: Array, evidence: Evidence) -> Departure:
         Kind.INDIRECT,
         name,
         pointwise(added(columns)),
+        lambda lit, u: columns,
         fixed(np.zeros((1, u))),
         said,
         'Options(free=("ambient",)), or indirect=, which renders interreflected light',

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lightloc.diagnosis.departure import Array, Departure, Evidence, Modelled
+from lightloc.diagnosis.departure import Array, Departure, Evidence, Lit, Modelled
 from lightloc.fit import cauchy, covariance_of
 from lightloc.given import PointLights
 
-WIDTHS, STEPS = 6, 10
+WIDTHS, STEPS = 6, 12
 """Times that the loss is narrowed, and steps at each width."""
 
 TYPICAL = 0.95
@@ -26,6 +26,12 @@ not."""
 
 FALL = 1e-4
 """Share of chi-square by which a step must lower it for another to follow."""
+
+LEAST = 1e-6
+"""Standard errors, in the root of their mean square, below which a derivative tells nothing."""
+
+RIDGE = 1e-8
+"""Of the normal equations' diagonal: what two unknowns do alike has no first step."""
 
 TOUCHING = 1e-6
 """Of the longest side, that lights keep from the border: S is infinite on an observation."""
@@ -89,23 +95,91 @@ def whitened(evidence: Evidence, one: Modelled) -> Array:
     return J
 
 
-def promised(evidence: Evidence, one: Modelled) -> tuple[float, Array]:
-    """The robust chi-square that a first step from here would leave, and that step (m + u,).
+@dataclass(frozen=True, eq=False)
+class Ground:
+    """What lights leave, and all that they can adapt: what departures are asked beside.
 
-    At the fitted lights and no departure this is the score test of the departure.
+    Parameters
+    ----------
+    lit
+        The lights.
+    cost
+        The robust chi-square that they leave.
+    root : (n, c) array
+        Roots of the weights.
+    rest : (n c,) array
+        What is left once the lights have adapted, times these.
+    basis : (n c, r) array
+        What they span, times these.
     """
+
+    lit: Lit
+    cost: float
+    root: Array
+    rest: Array
+    basis: Array
+
+    @staticmethod
+    def under(lit: Lit) -> Ground:
+        """Of lights as they are."""
+        evidence = lit.evidence
+        z = left(evidence, lit.plain.B)
+        cost, weight = lost(evidence, z)
+        root = np.sqrt(weight)
+        J = (whitened(evidence, lit.plain) * root[:, :, None]).reshape(z.size, -1)
+        size = np.linalg.norm(J, axis=0)
+        basis = np.linalg.qr(J[:, size > 0] / size[size > 0])[0]
+        own = (z * root).ravel()
+        return Ground(lit, cost, root, own - basis @ (basis.T @ own), basis)
+
+    def beside(self, columns: Array) -> Array:
+        """(n, c, u) derivatives of B, as (n c, u) that the lights cannot take up."""
+        problem = self.lit.evidence.problem
+        J = columns / problem.sigma[:, :, None]
+        if problem.nuisance is not None:
+            across = problem.nuisance.T[:, :, None]
+            J = J - across * (across * J).sum(axis=0)
+        J = (J * self.root[:, :, None]).reshape(self.rest.size, -1)
+        return np.asarray(J - self.basis @ (self.basis.T @ J))
+
+    def promised(self, columns: Array) -> float:
+        """The robust chi-square that a first step would leave: the score test of a departure."""
+        J = self.beside(columns)
+        size = np.sqrt(np.square(J).sum(axis=0))
+        J = J[:, size > LEAST * np.sqrt(self.rest.size)]
+        if not J.size:
+            return self.cost
+        Q, _ = np.linalg.qr(J)
+        return self.cost - float(np.square(Q.T @ self.rest).sum())
+
+
+def ground_of(lit: Lit) -> Ground:
+    """The ground under lights, computed once."""
+    if "ground" not in lit.memo:
+        lit.memo["ground"] = Ground.under(lit)
+    ground: Ground = lit.memo["ground"]
+    return ground
+
+
+def ahead(evidence: Evidence, one: Modelled) -> float:
+    """The robust chi-square that a first step would leave from a start that is far."""
     z = left(evidence, one.B)
-    cost, weight = lost(evidence, z)
-    J = whitened(evidence, one)
-    J, z, root = J.reshape(z.size, -1), z.ravel(), np.sqrt(weight).ravel()
-    size = np.linalg.norm(J, axis=0)
-    size[size == 0] = 1.0
-    step = np.linalg.lstsq(J / size * root[:, None], z * root, rcond=1e-10)[0]
-    gain = np.square(z * root).sum() - np.square((z - J @ (step / size)) * root).sum()
-    return cost - float(gain), step / size
+    _, weight = lost(evidence, z, float(np.quantile(np.abs(z), TYPICAL)))
+    J = whitened(evidence, one).reshape(z.size, -1)
+    A, g = (J * weight.reshape(-1, 1)).T @ J, J.T @ (weight * z).ravel()
+    size = np.sqrt(np.maximum(np.diag(A), np.finfo(float).tiny))
+    A = A / np.outer(size, size) + RIDGE * np.eye(len(A))
+    step = np.linalg.solve(A, g / size) / size
+    return lost(evidence, z - (J @ step).reshape(z.shape))[0]
 
 
-def fitted(evidence: Evidence, lights: PointLights, departure: Departure | None, u: Array) -> Joint:
+def fitted(
+    evidence: Evidence,
+    lights: PointLights,
+    departure: Departure | None,
+    u: Array,
+    steps: int = STEPS,
+) -> Joint:
     """Fit both, from lights and unknowns to begin with; the loss narrows as residuals fall."""
     x, limits = packed(evidence, lights, u), bounds(evidence, lights, departure, len(u))
     width, least = np.inf, evidence.criterion.likelihood.scale
@@ -113,7 +187,7 @@ def fitted(evidence: Evidence, lights: PointLights, departure: Departure | None,
         z = left(evidence, at(evidence, lights, departure, x).B)
         typical = float(np.quantile(np.abs(z), TYPICAL))
         width = max(least, min(width / 2, typical))
-        x = descended(evidence, lights, departure, x, limits, width)
+        x = descended(evidence, lights, departure, x, limits, width, steps)
         if width <= least:
             break
     there, u = unpacked(evidence, lights, x)
@@ -128,13 +202,14 @@ def descended(
     x: Array,
     limits: tuple[Array, Array],
     width: float,
+    steps: int,
 ) -> Array:
     """Levenberg-Marquardt at one width of the loss, within limits."""
     low, high = limits
     damping, here = DAMPING, at(evidence, lights, departure, x)
     z = left(evidence, here.B)
     cost, weight = lost(evidence, z, width)
-    for _ in range(STEPS):
+    for _ in range(steps):
         J = whitened(evidence, here).reshape(z.size, -1)
         A = (J * weight.reshape(-1, 1)).T @ J
         g = J.T @ (weight * z).ravel()

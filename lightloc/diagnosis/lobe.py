@@ -5,16 +5,18 @@ In NumPy, so that a right model, which is asked once, compiles no kernel.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lightloc.brdf import BRDF, Conductor, Mixed, Plastic, Sum
+from lightloc.diagnosis.coat import INDEX, let_in
 from lightloc.diagnosis.departure import Array, Lit
 
-STEP = 1e-3
-"""Of the distance from a light to a surface: the step of the slope's differences."""
+STEP = 1e-4
+"""Of the region's longest side: the step of the slope's differences."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +36,16 @@ class Lobe:
     alpha: Array
     strength: Array
     ior: Array
+
+    @property
+    def coats(self) -> NDArray[np.bool_]:
+        """(n,) where it is the lobe of a coat, with a base below."""
+        return np.isfinite(self.ior) & (self.strength > 0).any(axis=1)
+
+    @property
+    def key(self) -> bytes:
+        """Says which lobe it is, but for its strength."""
+        return self.alpha.tobytes() + self.ior.tobytes()
 
     def rougher(self, factor: float) -> Lobe:
         """The same with so many times the roughness."""
@@ -62,23 +74,65 @@ def lobes_of(material: BRDF, n: int) -> list[Lobe]:
     ]
 
 
-def brought(lit: Lit, lobe: Lobe) -> tuple[Array, Array]:
-    """S (n, k, c) of a lobe, with shadows, and its slope (n, k, c, d)."""
-    q, axes, places = lit.evidence.q, lit.evidence.problem.axes, lit.lights.positions
-    n, k, c, d = len(q), len(places), q.channels, len(axes)
-    seen = lit.seen.T[:, :, None]
-    S = reflected(lobe, q.positions, q.normals, q.directions, places)[:, :, None] * seen
-    slope = np.zeros((n, k, d))
-    away = places - q.positions[:, None]
-    step = STEP * float(np.median(np.linalg.norm(away, axis=2))) if k else 0.0
-    for a, axis in enumerate(axes):
-        ahead, behind = places.copy(), places.copy()
-        ahead[:, axis] += step
-        behind[:, axis] -= step
-        sides = [reflected(lobe, q.positions, q.normals, q.directions, p) for p in (ahead, behind)]
-        slope[:, :, a] = (sides[0] - sides[1]) / (2 * step)
-    strength = np.broadcast_to(lobe.strength, (n, c))[:, None]
-    return S * strength, (slope * seen)[:, :, None] * strength[:, :, :, None]
+def shine(lit: Lit, lobe: Lobe) -> Array:
+    """S (n, k, c) of a lobe, with shadows."""
+    q = lit.evidence.q
+    value = kept(lit, ("shine", lobe.key), lambda: glare(lit, lobe)(lit.lights.positions))
+    strength = np.broadcast_to(lobe.strength, (len(q), q.channels))
+    return np.asarray((value * lit.seen.T)[:, :, None] * strength[:, None])
+
+
+def shine_slope(lit: Lit, lobe: Lobe) -> Array:
+    """Its slope (n, k, c, d)."""
+    q = lit.evidence.q
+    value = kept(lit, ("slope", lobe.key), lambda: sloped(lit, glare(lit, lobe)))
+    strength = np.broadcast_to(lobe.strength, (len(q), q.channels))
+    return np.asarray((value * lit.seen.T[:, :, None])[:, :, None] * strength[:, None, :, None])
+
+
+def glare(lit: Lit, lobe: Lobe) -> Callable[[Array], Array]:
+    """A lobe of unit strength, of lights at (k, 3) places: (n, k)."""
+    q = lit.evidence.q
+    return lambda places: reflected(lobe, q.positions, q.normals, q.directions, places)
+
+
+def passed(lit: Lit, alpha: Array) -> Array:
+    """What a coat of (n,) roughnesses lets in and out again: (n, k)."""
+    places = lit.lights.positions
+    return np.asarray(kept(lit, ("passed", alpha.tobytes()), lambda: coat(lit, alpha)(places)))
+
+
+def passed_slope(lit: Lit, alpha: Array) -> Array:
+    """Its slope (n, k, d)."""
+    return kept(lit, ("turn", alpha.tobytes()), lambda: sloped(lit, coat(lit, alpha)))
+
+
+def coat(lit: Lit, alpha: Array) -> Callable[[Array], Array]:
+    """`passed` of lights at (k, 3) places."""
+    q = lit.evidence.q
+    out = let_in(alpha, (q.normals * q.directions).sum(axis=1)[:, None]) / INDEX**2
+
+    def both(places: Array) -> Array:
+        away = places - q.positions[:, None]
+        cosine = np.einsum("nkx,nx->nk", away, q.normals) / np.linalg.norm(away, axis=2)
+        return np.asarray(let_in(alpha, cosine) * out)
+
+    return both
+
+
+def sloped(lit: Lit, value: Callable[[Array], Array]) -> Array:
+    """The slope (n, k, d) of a function of places (k, 3) that gives (n, k), by differences."""
+    axes, places = lit.evidence.problem.axes, lit.lights.positions
+    step, here = STEP * lit.evidence.problem.size, value(places)
+    each = [(value(places + step * (np.arange(3) == axis)) - here) / step for axis in axes]
+    return np.stack(each, axis=2)
+
+
+def kept(lit: Lit, key: tuple[str, bytes], value: Callable[[], Array]) -> Array:
+    """A value, computed once for the same lights."""
+    if key not in lit.memo:
+        lit.memo[key] = value()
+    return np.asarray(lit.memo[key])
 
 
 def reflected(lobe: Lobe, x: Array, normal: Array, w: Array, places: Array) -> NDArray[np.float64]:

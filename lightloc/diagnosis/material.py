@@ -14,11 +14,12 @@ from lightloc.diagnosis.departure import (
     Array,
     Departure,
     Lit,
-    Modelled,
     fixed,
     pointwise,
+    slope_of,
 )
-from lightloc.diagnosis.lobe import Lobe, brought, lobes_of
+from lightloc.diagnosis.gloss import gloss, roughness
+from lightloc.diagnosis.lobe import lobes_of
 from lightloc.given import Observations
 
 FEW, SHARE, MOST = 12, 0.01, 12
@@ -26,15 +27,6 @@ FEW, SHARE, MOST = 12, 0.01, 12
 
 FACTORS = (0.05, 20.0)
 """Of an albedo."""
-
-ROUGHER = (0.2, 5.0)
-"""Factors on a roughness."""
-
-ALPHAS, GLOSSY, DIELECTRIC = (0.08, 0.2, 0.45), (0.02, 0.9), 1.5
-"""Roughnesses from which an unknown lobe is fitted, their limits, and its index of refraction."""
-
-BRIGHT = 20.0
-"""Most strength of a lobe, in that of plastic's."""
 
 Group = tuple[str, NDArray[np.bool_]]
 
@@ -52,7 +44,14 @@ def materials(lit: Lit) -> list[Departure]:
     if lobes := lobes_of(q.material, n):
         found.append(roughness(lobes))
     own = [(f" of {words}", on) for words, on in groups]
-    return found + [gloss(*group) for group in [("", np.ones(n, bool)), *own]]
+    base = albedo_of(q)
+    return found + [gloss(*group, base) for group in [("", np.ones(n, bool)), *own]]
+
+
+def albedo_of(q: Observations) -> Array:
+    """(n, c) albedos, below 1; a half where nobody says."""
+    value = q.material.albedo if isinstance(q.material, Lambert) else np.full((1, 1), 0.5)
+    return np.asarray(np.broadcast_to(np.clip(value, 0, 1), (len(q), q.channels)))
 
 
 def groups_of(q: Observations) -> list[Group]:
@@ -106,6 +105,7 @@ def albedo(group: Group) -> Departure:
         Kind.MATERIAL,
         f"the albedo of {words}",
         pointwise(change),
+        slope_of(change),
         fixed(np.ones((1, 1))),
         lambda u, e: f"the albedo of {words} is {u[0]:.3f} ± {e[0]:.1g} times what was given",
         'Options(free=("albedo",))',
@@ -131,66 +131,9 @@ def albedos(groups: list[Group]) -> Departure:
         Kind.MATERIAL,
         "several albedos",
         pointwise(change),
+        slope_of(change),
         fixed(np.ones((1, on.shape[1]))),
         said,
         'Options(free=("albedo",))',
         fixed(np.tile(np.array(FACTORS)[:, None], on.shape[1])),
     )
-
-
-def roughness(lobes: list[Lobe]) -> Departure:
-    """All lobes rougher, or smoother, by one factor."""
-
-    def model(lit: Lit, u: Array) -> Modelled:
-        S, slope = lit.brought
-        for lobe in lobes:
-            there, before = (brought(lit, lobe.rougher(f)) for f in (u[0], 1.0))
-            S, slope = S + there[0] - before[0], slope + there[1] - before[1]
-        ahead = sum(brought(lit, lobe.rougher(u[0] * (1 + DELTA)))[0] for lobe in lobes)
-        here = sum(brought(lit, lobe.rougher(u[0]))[0] for lobe in lobes)
-        by = np.einsum("nkc,kc->nc", (ahead - here) / (DELTA * u[0]), lit.lights.intensities)
-        return lit.summed(S, slope, by[:, :, None])
-
-    return Departure(
-        Kind.MATERIAL,
-        "the roughness",
-        model,
-        fixed(np.array([[1.0], [0.6], [1.6]])),
-        lambda u, e: f"highlights are {u[0]:.3f} ± {e[0]:.1g} times as rough as was given",
-        "another roughness",
-        fixed(np.array(ROUGHER)[:, None]),
-    )
-
-
-def gloss(words: str, on: NDArray[np.bool_]) -> Departure:
-    """A lobe that was not known of, as that of plastic: its strength, and its roughness."""
-
-    def lobe(alpha: float, lit: Lit) -> Lobe:
-        n = len(on)
-        strength = np.broadcast_to(on[:, None].astype(float), (n, lit.evidence.q.channels))
-        return Lobe(np.full(n, alpha), strength, np.full(n, DIELECTRIC))
-
-    def model(lit: Lit, u: Array) -> Modelled:
-        S, slope = lit.brought
-        own, along = brought(lit, lobe(u[1], lit))
-        ahead = brought(lit, lobe(u[1] * (1 + DELTA), lit))[0]
-        columns = np.stack([own, u[0] * (ahead - own) / (DELTA * u[1])], axis=-1)
-        by = np.einsum("nkcu,kc->ncu", columns, lit.lights.intensities)
-        return lit.summed(S + u[0] * own, slope + u[0] * along, by)
-
-    return Departure(
-        Kind.MATERIAL,
-        f"a highlight{words}",
-        model,
-        fixed(np.array([[0.0, alpha] for alpha in ALPHAS])),
-        lambda u, e: (
-            f"highlights{words} are missing, of roughness {u[1]:.2g} ± {e[1]:.1g} and "
-            f"{u[0]:.2g} ± {e[0]:.1g} times as bright as plastic's"
-        ),
-        "a Plastic, or a Sum with a lobe",
-        fixed(np.array([[0.0, GLOSSY[0]], [BRIGHT, GLOSSY[1]]])),
-    )
-
-
-DELTA = 1e-3
-"""Relative step of a difference by a roughness."""

@@ -10,10 +10,13 @@ import numpy as np
 
 from lightloc.answer import Kind
 from lightloc.diagnosis.departure import Array, Departure, Lit, added, fixed, pointwise
-from lightloc.diagnosis.joint import left, lost, whitened
+from lightloc.diagnosis.joint import ground_of
 
 MOST = 4
 """Patches and directions that are taken together."""
+
+ALONE = 1e-3
+"""Share of a source that lights and sources before it can't take up, at least."""
 
 WHERE = 2
 """Unknowns that a choice of place stands for."""
@@ -26,7 +29,8 @@ def outside(lit: Lit) -> list[Departure]:
     if not columns.shape[1]:
         return []
     taken = greedy(lit, columns)
-    return [departure(columns[:, taken[:few]], few) for few in sorted({1, len(taken)}) if few]
+    few = sorted({min(1, len(taken)), len(taken)} - {0})
+    return [departure(columns[:, taken[:n]], n) for n in few]
 
 
 def departure(columns: Array, few: int) -> Departure:
@@ -45,6 +49,7 @@ def departure(columns: Array, few: int) -> Departure:
         Kind.OUTSIDE,
         name,
         pointwise(added(each)),
+        lambda lit, u: each,
         fixed(np.zeros((1, few * c))),
         said,
         "wider bounds, or known light from a window",
@@ -58,26 +63,20 @@ def greedy(lit: Lit, columns: Array) -> list[int]:
 
     Beside all that the lights can adapt.
     """
-    evidence, plain = lit.evidence, lit.plain
-    z = left(evidence, plain.B)
-    _, weight = lost(evidence, z)
-    root = np.sqrt(weight)
-    atoms = (columns / evidence.problem.sigma[:, None] * root[:, None]).swapaxes(1, 2)
-    atoms = atoms.reshape(z.size, -1)
-    J = (whitened(evidence, plain) * root[:, :, None]).reshape(z.size, -1)
-    size = np.linalg.norm(J, axis=0)
-    basis = np.linalg.qr(J[:, size > 0] / size[size > 0])[0]
-    energy = np.square(atoms).sum(axis=0)
-    rest, taken = (z * root).ravel(), list[int]()
+    ground = ground_of(lit)
+    atoms = columns.swapaxes(1, 2)
+    whole = atoms / lit.evidence.problem.sigma[:, :, None] * ground.root[:, :, None]
+    energy, own, rest = np.square(whole).sum(axis=(0, 1)), ground.beside(atoms), ground.rest
+    taken = list[int]()
     while len(taken) < MOST:
-        own = atoms - basis @ (basis.T @ atoms)
-        free = np.square(own).sum(axis=0)
-        a = own.T @ (rest - basis @ (basis.T @ rest))
-        good = (a > 0) & (free > 1e-3 * energy)
+        free, a = np.square(own).sum(axis=0), own.T @ rest
+        good = (a > 0) & (free > ALONE * energy)
         gain = np.where(good, a**2 / np.where(good, free, 1), 0)
         best = int(np.argmax(gain))
         if not gain[best]:
             break
         taken.append(best)
-        basis = np.concatenate([basis, own[:, best : best + 1] / np.sqrt(free[best])], axis=1)
+        along = own[:, best] / np.sqrt(free[best])
+        rest = rest - along * (along @ rest)
+        own = own - along[:, None] * (along @ own)
     return taken
