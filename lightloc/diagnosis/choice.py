@@ -14,9 +14,11 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from lightloc.diagnosis.departure import Array, Departure, Evidence, Maker
-from lightloc.diagnosis.joint import Joint, ahead, covariance, fitted, ground_of, left, lost
+from lightloc.diagnosis.joint import Ground, Joint, ahead, covariance, fitted, ground_of, left, lost
+from lightloc.fields import Grid
 from lightloc.fit import Fit, level_of
 from lightloc.given import PointLights
+from lightloc.optics import shading
 
 RARE = 1e-6
 """Chance that noise gains what a departure costs: dozens are asked, at several starts each."""
@@ -29,6 +31,10 @@ TRIED, FRONT = 12, 3
 
 QUICK = 3
 """Steps at each width of a rough fit."""
+
+CELLS, BIRTHS, FAINT = 1024, 4, 1e-6
+"""Positions at which a light is asked for beside a departure, lights that may be added, and the
+least share of the largest energy that one of them has."""
 
 NEEDED = 4.0
 """A light is needed, unasked, if its intensity is beyond 0 by so many times its price."""
@@ -164,6 +170,41 @@ def pruned(evidence: Evidence, best: Joint) -> Joint:
             return best
         best = one
     return best
+
+
+def grown(evidence: Evidence, best: Joint, most: int) -> Joint:
+    """With the lights that only show beside the departure; only where all is explained then."""
+    start, grid = best, Grid.over(evidence.problem.bounds, CELLS).points
+    while not is_explained(evidence, best) and len(best.lights) - len(start.lights) < BIRTHS:
+        if len(best.lights) >= most or best.departure is None:
+            break
+        more = with_one(evidence, best, grid)
+        if best_of(evidence, [best, more]) is best:
+            break
+        best = more
+    return best if is_explained(evidence, best) else start
+
+
+def with_one(evidence: Evidence, joint: Joint, grid: Array) -> Joint:
+    """A fit with a light more, where it gains most to first order: at one of (g, 3) places."""
+    lit, departure, problem = evidence.lit(joint.lights), joint.departure, evidence.problem
+    assert departure is not None
+    one = departure.model(lit, joint.unknowns)
+    ground = Ground.of(lit, one)
+    atoms = shading(problem.surfels, grid, problem.geometry)
+    atoms = np.broadcast_to(atoms, (*atoms.shape[:2], problem.radiance.shape[1]))
+    own = ground.beside(atoms.swapaxes(1, 2))
+    a, free = own.T @ ground.rest, np.square(own).sum(axis=0)
+    gain = np.where(a > 0, a**2 / np.maximum(free, free.max() * FAINT), 0)
+    best = int(np.argmax(gain))
+    intensity = np.full((1, joint.lights.channels), a[best] / max(free[best], 1e-300))
+    lights = PointLights(
+        np.concatenate([joint.lights.positions, grid[best : best + 1]]),
+        np.concatenate([joint.lights.intensities, np.maximum(intensity, 0)]),
+    )
+    k = len(joint.lights)
+    u = departure.more(joint.unknowns, k)
+    return fitted(evidence, lights, departure, u)
 
 
 def doubtful(evidence: Evidence, joint: Joint) -> NDArray[np.intp]:

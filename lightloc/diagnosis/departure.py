@@ -179,6 +179,8 @@ class Departure:
     kept : callable
         The unknowns where only some lights are kept, by their (j,) indices: all of them where no
         unknown belongs to a light.
+    more : callable
+        The unknowns of k lights with those of one more: as they are where none belongs to a light.
     """
 
     kind: Kind
@@ -192,6 +194,7 @@ class Departure:
     none: int = 1
     rank: int = 0
     kept: Callable[[Array, NDArray[np.intp]], Array] = lambda u, some: u
+    more: Callable[[Array, int], Array] = lambda u, k: u
 
 
 Maker = Callable[[Lit], list[Departure]]

@@ -13,6 +13,7 @@ from lightloc.diagnosis.choice import (
     Promise,
     attempts,
     best_of,
+    grown,
     hope,
     is_explained,
     level,
@@ -28,6 +29,7 @@ from lightloc.diagnosis.indirect import indirect
 from lightloc.diagnosis.joint import Joint, covariance, fitted
 from lightloc.diagnosis.material import materials
 from lightloc.diagnosis.noise import WHITE, alike
+from lightloc.diagnosis.normals import normals
 from lightloc.diagnosis.outside import outside
 from lightloc.fields import intensity_distance
 from lightloc.fit import (
@@ -48,10 +50,13 @@ SAMPLE = 1024
 PART = 0.2
 """Share of what lights leave beyond noise that a kind must explain to be named beside the first."""
 
+HALF = 0.5
+"""Share that a departure must explain for lights to be claimed as they are beside it."""
+
 SPREAD = 1.17
 """Standard error of a standard deviation that is estimated by the median, times sqrt(n) over it."""
 
-MAKERS: tuple[Maker, ...] = (materials, encodings, indirect, outside)
+MAKERS: tuple[Maker, ...] = (materials, encodings, indirect, outside, normals)
 """What departures there are, kind by kind."""
 
 
@@ -81,7 +86,7 @@ def diagnosed(
     asked = promises(evidence, found.lights, MAKERS, far=not explained)
     if explained and not any(hope(evidence, one) < cost_of(evidence, base) for one in asked):
         return found
-    verdict = weighed(evidence, base, found, asked, explained)
+    verdict = weighed(evidence, base, found, asked, explained, o.most_lights)
     return found if verdict is None else told(found, whole, verdict, o)
 
 
@@ -118,6 +123,7 @@ def weighed(
     found: Localization,
     asked: Sequence[Promise],
     explained: bool,
+    most: int,
 ) -> Diagnosis | None:
     """All departures with all counts of lights; None where nothing is worth its price."""
     every = list(asked)
@@ -125,13 +131,19 @@ def weighed(
         if len(count.lights) < len(found.lights):
             every += promises(evidence, count.lights, MAKERS)
     joints = [base, *attempts(evidence, every)]
-    more = spread(evidence, best_of(evidence, joints), every)
-    best = pruned(evidence, best_of(evidence, [*joints, *more]))
+    joints += spread(evidence, best_of(evidence, joints), every)
+    best = best_of(evidence, joints)
+    if best.departure is not None:
+        best = pruned(evidence, grown(evidence, best, most))
+    alone = base
+    if best.departure is not None:
+        alone = fitted(evidence, best.lights, None, np.zeros(0))
+    excess = max(alone.cost - evidence.problem.rows, 1.0)
+    if not is_explained(evidence, best) and alone.cost - best.cost < HALF * excess:
+        best = base
     if best.departure is None and explained:
         return None
-    alone = fitted(evidence, best.lights, None, np.zeros(0)) if best.departure else base
-    others = first_of_each(evidence, [best, *joints, *more])
-    excess = max(alone.cost - evidence.problem.rows, 1.0)
+    others = first_of_each(evidence, [best, *joints])
     shares = [float(np.clip((alone.cost - one.cost) / excess, 0, 1)) for one in others]
     pairs = tuple(zip(others, shares, strict=True))
     return Diagnosis(evidence, best, pairs, is_explained(evidence, best))

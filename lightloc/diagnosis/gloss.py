@@ -43,9 +43,8 @@ def roughness(lobes: list[Lobe]) -> Departure:
         for lobe in lobes:
             rougher, share = lobe.rougher(u[0]), ratio(lit, lobe, u[0])
             here, there = shine_slope(lit, lobe), shine_slope(lit, rougher)
-            turn = passed_slope(lit, rougher.alpha) - share[..., None] * passed_slope(
-                lit, lobe.alpha
-            )
+            turn = within(lobe, u[0])[..., None] * passed_slope(lit, rougher.alpha)
+            turn = turn - share[..., None] * passed_slope(lit, lobe.alpha)
             turn = np.where(lobe.coats[:, None, None], turn / passed(lit, lobe.alpha)[..., None], 0)
             base = S - shine(lit, lobe)
             along = along + there - here + (slope - here) * (share - 1)[:, :, None, None]
@@ -73,25 +72,30 @@ def ratio(lit: Lit, lobe: Lobe, factor: float) -> Array:
     if not lobe.coats.any():
         return np.ones((len(lobe.alpha), len(lit.lights)))
     there, here = passed(lit, lobe.alpha * factor), passed(lit, lobe.alpha)
-    return np.where(lobe.coats[:, None], there / here, 1.0)
+    return np.where(lobe.coats[:, None], within(lobe, factor) * there / here, 1.0)
 
 
-def gloss(words: str, on: NDArray[np.bool_], base: Array) -> Departure:
-    """A coat that was not known of, as that of plastic, over (n, c) albedos of the base.
+def within(lobe: Lobe, factor: float) -> Array:
+    """(n, 1) the same of what is reflected back and forth below the coat."""
+    return ((1 - inside(lobe.alpha)) / (1 - inside(lobe.alpha * factor)))[:, None]
+
+
+def gloss(words: str, on: NDArray[np.bool_]) -> Departure:
+    """A coat that was not known of, as that of plastic.
 
     Unknown are the strength of its highlight, its roughness, how far it takes light from the base
     and, where it does not cover all, the albedo of what it covers.
     """
     n, whole = len(on), bool(on.all())
-    mask = on[:, None].astype(float)
+    mask = on[:, None].astype(float)  # n, 1
     some = slice(3 if whole else 4)
 
     def lobe(alpha: float) -> Lobe:
-        return Lobe(np.full(n, alpha), np.ones_like(base), np.full(n, INDEX))
+        return Lobe(np.full(n, alpha), np.ones((n, 1)), np.full(n, INDEX))
 
     def left(alpha: float) -> Array:
-        """(n, 1, c) what a coat leaves of a base, but for `passed`."""
-        return (mask / (1 - inside(np.full(n, alpha))[:, None] * base))[:, None]
+        """(n, 1, 1) what a coat leaves of a base, but for `passed`."""
+        return (mask / (1 - inside(np.full(n, alpha))[:, None]))[:, None]
 
     def value(lit: Lit, u: Array) -> tuple[Array, Array, Array]:
         """S with the coat, its highlight for each unit of strength, and what it takes."""

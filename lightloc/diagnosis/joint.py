@@ -120,13 +120,13 @@ class Ground:
     basis: Array
 
     @staticmethod
-    def under(lit: Lit) -> Ground:
-        """Of lights as they are."""
+    def of(lit: Lit, one: Modelled) -> Ground:
+        """Of lights as they are, and of a departure's own unknowns."""
         evidence = lit.evidence
-        z = left(evidence, lit.plain.B)
+        z = left(evidence, one.B)
         cost, weight = lost(evidence, z)
         root = np.sqrt(weight)
-        J = (whitened(evidence, lit.plain) * root[:, :, None]).reshape(z.size, -1)
+        J = (whitened(evidence, one) * root[:, :, None]).reshape(z.size, -1)
         size = np.linalg.norm(J, axis=0)
         basis = np.linalg.qr(J[:, size > 0] / size[size > 0])[0]
         own = (z * root).ravel()
@@ -156,7 +156,7 @@ class Ground:
 def ground_of(lit: Lit) -> Ground:
     """The ground under lights, computed once."""
     if "ground" not in lit.memo:
-        lit.memo["ground"] = Ground.under(lit)
+        lit.memo["ground"] = Ground.of(lit, lit.plain)
     ground: Ground = lit.memo["ground"]
     return ground
 

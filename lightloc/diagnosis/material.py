@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
 from lightloc.answer import Kind
-from lightloc.brdf import BRDF, Irradiance, Lambert, Mixed
+from lightloc.brdf import Irradiance
 from lightloc.diagnosis.departure import (
     Array,
     Departure,
@@ -19,16 +15,11 @@ from lightloc.diagnosis.departure import (
     slope_of,
 )
 from lightloc.diagnosis.gloss import gloss, roughness
+from lightloc.diagnosis.groups import Group, groups_of
 from lightloc.diagnosis.lobe import lobes_of
-from lightloc.given import Observations
-
-FEW, SHARE, MOST = 12, 0.01, 12
-"""Observations, and their share, that a group has at least; groups that are asked."""
 
 FACTORS = (0.05, 20.0)
 """Of an albedo."""
-
-Group = tuple[str, NDArray[np.bool_]]
 
 
 def materials(lit: Lit) -> list[Departure]:
@@ -44,53 +35,7 @@ def materials(lit: Lit) -> list[Departure]:
     if lobes := lobes_of(q.material, n):
         found.append(roughness(lobes))
     own = [(f" of {words}", on) for words, on in groups]
-    base = albedo_of(q)
-    return found + [gloss(*group, base) for group in [("", np.ones(n, bool)), *own]]
-
-
-def albedo_of(q: Observations) -> Array:
-    """(n, c) albedos, below 1; a half where nobody says."""
-    value = q.material.albedo if isinstance(q.material, Lambert) else np.full((1, 1), 0.5)
-    return np.asarray(np.broadcast_to(np.clip(value, 0, 1), (len(q), q.channels)))
-
-
-def groups_of(q: Observations) -> list[Group]:
-    """Observations that have an albedo of their own: named groups, the largest first.
-
-    By region, by material, by albedo, or else by how they face; none where they are all alike.
-    """
-    ways: list[tuple[NDArray[Any] | None, Callable[[Any], str]]] = [
-        (q.regions, lambda r: f"'{q.region_names[r]}'"),
-        (q.material.index if isinstance(q.material, Mixed) else None, lambda m: f"material {m}"),
-        (levels(q.material), lambda a: f"what has albedo {a:.3g}"),
-        (facing(q.normals), lambda s: f"what faces {SIDES[s]}"),
-    ]
-    for labels, words in ways:
-        if labels is None:
-            continue
-        which, count = np.unique(labels, return_counts=True)
-        order = np.argsort(-count, kind="stable")[:MOST]
-        kept = [i for i in order if count[i] >= max(FEW, SHARE * len(q))]
-        if len(kept) > 1:
-            return [(words(which[i]), labels == which[i]) for i in kept]
-    return []
-
-
-SIDES = ("-x", "+x", "-y", "+y", "-z", "+z")
-
-
-def levels(material: BRDF) -> Array | None:
-    """(n,) the albedo of each diffuse point; None where there are none or too many."""
-    if not isinstance(material, Lambert) or len(material.albedo) == 1:
-        return None
-    value = material.albedo.mean(axis=1)
-    return value if len(np.unique(value.round(6))) <= MOST else None
-
-
-def facing(normals: Array) -> NDArray[np.intp]:
-    """(n,) the side, of six, that each faces most."""
-    axis = np.abs(normals).argmax(axis=1)
-    return 2 * axis + (normals[np.arange(len(axis)), axis] > 0)
+    return found + [gloss(*group) for group in [("", np.ones(n, bool)), *own]]
 
 
 def albedo(group: Group) -> Departure:
