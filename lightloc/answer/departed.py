@@ -26,11 +26,14 @@ class Departed:
         Their standard errors.
     share : float
         How much it explains of what as many lights alone leave beyond noise, 0 to 1.
+    sentence : str
+        What a user reads.
 
     Examples
     --------
     >>> from lightloc import Departed, Kind
-    >>> gamma = Departed(Kind.ENCODING, "the encoding", values=[0.455], errors=[0.001], share=0.99)
+    >>> gamma = Departed(Kind.ENCODING, "the encoding", values=[0.455], errors=[0.001], share=0.99,
+    ...                  sentence="values are radiance to the power of 0.455 ± 0.001")
     >>> gamma.kind.name
     'ENCODING'
     """
@@ -40,3 +43,4 @@ class Departed:
     values: NDArray[np.float64]
     errors: NDArray[np.float64]
     share: float
+    sentence: str

@@ -312,6 +312,8 @@ class Localization:
             said = units.explained(self.unit, self.lights.intensity_unit)
             rows += [f"  {sentence}" for sentence in said]
         rows += [f"  {verdict.sentence}" for verdict in self.verdicts]
+        told = {verdict.kind for verdict in self.verdicts}
+        rows += [f"  Fitted too: {d.sentence}." for d in self.departures if d.kind not in told]
         return "\n".join(rows)
 
 

@@ -70,6 +70,7 @@ def plain(found: Mapping[str, Any]) -> dict[str, Any]:
                 "values": known(d.values),
                 "errors": known(d.errors),
                 "share": known(d.share),
+                "sentence": d.sentence,
             }
             for d in found["departures"]
         ],
@@ -169,6 +170,7 @@ def read(path: str | Path) -> dict[str, Any]:
                 np.array(d["values"], float),
                 np.array(d["errors"], float),
                 d["share"],
+                d["sentence"],
             )
             for d in answer.get("departures", ())
         ),

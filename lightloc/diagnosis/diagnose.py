@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
 
-from lightloc.answer import MARGIN, Departed, Kind, Localization, Reason, Step, Verdict, judged
+from lightloc.answer import Kind, Localization, Reason
 from lightloc.diagnosis.choice import (
     Promise,
     attempts,
@@ -23,41 +24,23 @@ from lightloc.diagnosis.choice import (
     spread,
     total,
 )
-from lightloc.diagnosis.departure import Evidence, Maker
-from lightloc.diagnosis.encoding import encodings
-from lightloc.diagnosis.indirect import indirect
-from lightloc.diagnosis.joint import Joint, covariance, fitted
-from lightloc.diagnosis.material import materials
-from lightloc.diagnosis.noise import WHITE, alike
-from lightloc.diagnosis.normals import normals
-from lightloc.diagnosis.outside import outside
-from lightloc.fields import intensity_distance
-from lightloc.fit import (
-    Bound,
-    Criterion,
-    Problem,
-    inseparable,
-    is_exact,
-    level_of,
-    resolution,
-)
+from lightloc.diagnosis.departure import Evidence
+from lightloc.diagnosis.free import freed
+from lightloc.diagnosis.joint import Joint, fitted
+from lightloc.diagnosis.kinds import MAKERS
+from lightloc.diagnosis.telling import Diagnosis, told
+from lightloc.fit import Criterion, Problem, is_exact
 from lightloc.given import Geometry, Observations, Options, PointLights
 from lightloc.optics import reflected_ambient
 
 SAMPLE = 1024
 """Observations that departures are asked of; what is told is then fitted to all."""
 
-PART = 0.2
-"""Share of what lights leave beyond noise that a kind must explain to be named beside the first."""
-
 HALF = 0.5
 """Share that a departure must explain for lights to be claimed as they are beside it."""
 
-SPREAD = 1.17
-"""Standard error of a standard deviation that is estimated by the median, times sqrt(n) over it."""
-
-MAKERS: tuple[Maker, ...] = (materials, encodings, indirect, outside, normals)
-"""What departures there are, kind by kind."""
+ALIKE = 2.0
+"""Standard errors by which a light may move beside a departure, and nothing claimed changes."""
 
 
 def diagnosed(
@@ -74,42 +57,40 @@ def diagnosed(
     ``q`` are the observations that ``found`` is of, (2, 3) ``bounds`` the region.
     """
     right = found.reason in (Reason.CONVERGED, Reason.UNDECIDED)
-    if not (right or found.reason in (Reason.NO_GAIN, Reason.MOST_LIGHTS)) or found.width.any():
+    wrong = found.reason in (Reason.NO_GAIN, Reason.MOST_LIGHTS)
+    few = any(v.kind is Kind.TOO_FEW for v in found.verdicts)
+    if few or not (wrong or (right and not found.width.any())):
         return found
-    if any(v.kind is Kind.TOO_FEW for v in found.verdicts) or (is_exact(q) and right):
+    exact = is_exact(q) and right
+    if exact and not o.free:
         return found
     whole = evidence_of(found, q, geometry, bounds, o, criterion)
     some = np.random.default_rng(seed).permutation(len(q))[:SAMPLE]
     evidence = whole if len(q) <= SAMPLE else whole.rows_of(np.sort(some))
+    if o.free:
+        return freed(found, whole, evidence, o)
     base = plain(evidence, found.lights)
     explained = is_explained(evidence, base)
     asked = promises(evidence, found.lights, MAKERS, far=not explained)
     if explained and not any(hope(evidence, one) < cost_of(evidence, base) for one in asked):
         return found
     verdict = weighed(evidence, base, found, asked, explained, o.most_lights)
-    return found if verdict is None else told(found, whole, verdict, o)
+    if verdict is None:
+        return found
+    answer = told(found, whole, verdict, o)
+    return found if right and is_same(found, answer.lights) else answer
 
 
-@dataclass(frozen=True, eq=False)
-class Diagnosis:
-    """What a diagnosis came to.
-
-    Parameters
-    ----------
-    evidence
-        What it was asked of.
-    best
-        The fit that explains for the least; without a departure where none is worth its price.
-    others
-        The best fit with a departure of each kind, the best first, and the share that it explains.
-    explained
-        Whether the best leaves no more than noise.
-    """
-
-    evidence: Evidence
-    best: Joint
-    others: tuple[tuple[Joint, float], ...]
-    explained: bool
+def is_same(found: Localization, lights: PointLights) -> bool:
+    """Whether lights are those of an answer, to within `ALIKE` of its errors."""
+    if len(lights) != len(found.lights):
+        return False
+    away = np.linalg.norm(found.lights.positions[:, None] - lights.positions, axis=2)
+    pairs = linear_sum_assignment(away)[1]
+    off = np.abs(found.lights.positions - lights.positions[pairs])
+    dimmer = np.abs(found.lights.intensities - lights.intensities[pairs])
+    near = off <= ALIKE * found.position_error, dimmer <= ALIKE * found.intensity_error
+    return bool(near[0].all() and near[1].all())
 
 
 def cost_of(evidence: Evidence, joint: Joint) -> float:
@@ -156,111 +137,6 @@ def first_of_each(evidence: Evidence, joints: Sequence[Joint]) -> list[Joint]:
         if one.departure:
             kinds.setdefault(one.departure.kind, one)
     return list(kinds.values())
-
-
-def told(found: Localization, whole: Evidence, diagnosis: Diagnosis, o: Options) -> Localization:
-    """The answer with what a diagnosis came to."""
-    best, answer = diagnosis.best, found
-    kept = [v for v in found.verdicts if v.kind is Kind.UNEXPLAINED and not diagnosis.explained]
-    rest = [v for v in found.verdicts if v.kind is not Kind.UNEXPLAINED]
-    if best.departure is None:
-        here = plain(whole, found.lights)
-        if alike(whole, here.residual) < WHITE:
-            return louder(found, whole, here, o)
-    else:
-        best = on_all(whole, best)
-        answer, rest = moved(found, whole, best, o), [v for v in rest if v.kind is Kind.HIDDEN]
-    named = []
-    for one, share in diagnosis.others:
-        if one is diagnosis.best:
-            named.append(said(whole, best, share, sure=diagnosis.explained))
-        elif share > PART:
-            named.append(said(diagnosis.evidence, one, share, sure=False))
-    answer = replace(
-        answer,
-        verdicts=(*kept, *(verdict for verdict, _ in named), *rest),
-        departures=tuple(departed for _, departed in named),
-        reason=Reason.UNDECIDED if diagnosis.explained else found.reason,
-    )
-    return judged(answer, whole.problem, o)
-
-
-def said(evidence: Evidence, joint: Joint, share: float, sure: bool) -> tuple[Verdict, Departed]:
-    """A departure as a user reads it, and as values."""
-    departure = joint.departure
-    assert departure is not None
-    spread, noise = covariance(evidence, joint), max(1.0, level_of(joint.residual))
-    own = np.diag(spread)[len(spread) - len(joint.unknowns) :]
-    errors = noise * np.sqrt(np.maximum(own, 0))
-    first = "The model as given does not explain the data" if sure else "What is left is most like"
-    sentence = (
-        f"{first}: {departure.said(joint.unknowns, errors)}. With {len(joint.lights)} light(s) "
-        f"that explains {100 * share:.0f} % of what they leave beyond noise; try {departure.trial}."
-    )
-    told = Departed(departure.kind, departure.name, joint.unknowns, errors, share)
-    return Verdict(departure.kind, (), sentence), told
-
-
-def on_all(whole: Evidence, joint: Joint) -> Joint:
-    """A fit to a sample, fitted to all observations, the brightest light first."""
-    assert joint.departure is not None
-    order = np.argsort(-joint.lights.intensities.sum(axis=1), kind="stable")
-    lights = PointLights(joint.lights.positions[order], joint.lights.intensities[order])
-    lit, name = whole.lit(lights), joint.departure.name
-    same = [one for maker in MAKERS for one in maker(lit) if one.name == name]
-    if not same:
-        return replace(joint, residual=plain(whole, lights).residual, lights=lights)
-    u, starts = joint.departure.kept(joint.unknowns, order), same[0].starts(lit)
-    return fitted(whole, lights, same[0], u if len(u) == starts.shape[1] else starts[0])
-
-
-def moved(found: Localization, whole: Evidence, joint: Joint, o: Options) -> Localization:
-    """The answer with the lights of a fit, and errors that know of its departure."""
-    lights, problem = joint.lights, whole.problem
-    k, c = lights.intensities.shape
-    m, noise = k * (len(problem.axes) + c), max(1.0, level_of(joint.residual))
-    spread = noise**2 * covariance(whole, joint)[:m, :m]
-    errors = Bound.of(spread, problem.axes, k, c)
-    top, _ = intensity_distance(whole.q, lights.positions, problem.geometry, MARGIN)
-    chi2 = joint.cost / problem.rows
-    return replace(
-        found,
-        lights=lights,
-        position_error=errors.position,
-        intensity_error=errors.intensity,
-        covariance=spread,
-        bound=top,
-        residual=joint.residual,
-        inseparable=inseparable(lights, errors.position),
-        resolution=resolution(problem, lights),
-        width=np.zeros(k),
-        certificate=np.nan,
-        chi2=chi2,
-        history=(*found.history, Step("fit with what may be wrong", k, chi2)),
-        noise=replace(found.noise, outliers=np.abs(joint.residual) > o.outlier),
-    )
-
-
-def louder(found: Localization, whole: Evidence, here: Joint, o: Options) -> Localization:
-    """The answer with errors as large as what is left, which is alike at no neighbours."""
-    noise = level_of(here.residual)
-    error = SPREAD * noise / np.sqrt(whole.problem.rows)
-    sentence = (
-        f"What the lights leave looks like noise, but {noise:.3g} ± {error:.1g} times as large as "
-        f'the standard errors say; try Options(noise="estimate").'
-    )
-    answer = replace(
-        found,
-        position_error=found.position_error * noise,
-        intensity_error=found.intensity_error * noise,
-        covariance=found.covariance * noise**2,
-        reason=Reason.UNDECIDED,
-        verdicts=(
-            Verdict(Kind.NOISE, (), sentence),
-            *(v for v in found.verdicts if v.kind is not Kind.UNEXPLAINED),
-        ),
-    )
-    return judged(answer, whole.problem, o)
 
 
 def evidence_of(

@@ -8,6 +8,7 @@ from lightloc.answer import Kind
 from lightloc.brdf import Irradiance
 from lightloc.diagnosis.departure import (
     Array,
+    Change,
     Departure,
     Lit,
     fixed,
@@ -58,14 +59,21 @@ def albedo(group: Group) -> Departure:
     )
 
 
-def albedos(groups: list[Group]) -> Departure:
-    """The albedo of each group beside the largest's: a common factor is one of all intensities."""
+def factors(groups: list[Group]) -> Change:
+    """A factor on the albedo of each group but the first: on all it is one of all intensities."""
     on = np.stack([which for _, which in groups[1:]], axis=1)  # n, u
 
     def change(M: Array, u: Array) -> tuple[Array, Array, Array]:
         factor = 1 + on @ (u - 1)
         by = M[:, :, None] * on[:, None]
         return M * factor[:, None], np.broadcast_to(factor[:, None], M.shape), by
+
+    return change
+
+
+def albedos(groups: list[Group]) -> Departure:
+    """The albedo of each group beside the largest's."""
+    change, size = factors(groups), len(groups) - 1
 
     def said(u: Array, e: Array) -> str:
         far = np.argsort(-np.abs(np.log(u)), kind="stable")[:3]
@@ -77,8 +85,8 @@ def albedos(groups: list[Group]) -> Departure:
         "several albedos",
         pointwise(change),
         slope_of(change),
-        fixed(np.ones((1, on.shape[1]))),
+        fixed(np.ones((1, size))),
         said,
         'Options(free=("albedo",))',
-        fixed(np.tile(np.array(FACTORS)[:, None], on.shape[1])),
+        fixed(np.tile(np.array(FACTORS)[:, None], size)),
     )

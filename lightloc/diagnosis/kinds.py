@@ -1,0 +1,13 @@
+"""What departures there are, kind by kind."""
+
+from __future__ import annotations
+
+from lightloc.diagnosis.departure import Maker
+from lightloc.diagnosis.encoding import encodings
+from lightloc.diagnosis.indirect import indirect
+from lightloc.diagnosis.material import materials
+from lightloc.diagnosis.normals import normals
+from lightloc.diagnosis.outside import outside
+
+MAKERS: tuple[Maker, ...] = (materials, encodings, indirect, outside, normals)
+"""Each gives the departures of its kind that are worth a question beside lights."""
