@@ -25,7 +25,9 @@ from lightloc.diagnosis.choice import (
     total,
 )
 from lightloc.diagnosis.departure import Evidence
+from lightloc.diagnosis.emission import lamps_found
 from lightloc.diagnosis.free import freed
+from lightloc.diagnosis.hanging import hung
 from lightloc.diagnosis.joint import Joint, fitted
 from lightloc.diagnosis.kinds import MAKERS
 from lightloc.diagnosis.telling import Diagnosis, told
@@ -73,12 +75,12 @@ def diagnosed(
     explained = is_explained(evidence, base)
     asked = promises(evidence, found.lights, MAKERS, far=not explained)
     if explained and not any(hope(evidence, one) < cost_of(evidence, base) for one in asked):
-        return found
+        return hung(found, whole, o)
     verdict = weighed(evidence, base, found, asked, explained, o.most_lights)
     if verdict is None:
-        return found
+        return hung(found, whole, o)
     answer = told(found, whole, verdict, o)
-    return found if right and is_same(found, answer.lights) else answer
+    return hung(found, whole, o) if right and is_same(found, answer.lights) else answer
 
 
 def is_same(found: Localization, lights: PointLights) -> bool:
@@ -111,7 +113,7 @@ def weighed(
     for count in found.counts:
         if len(count.lights) < len(found.lights):
             every += promises(evidence, count.lights, MAKERS)
-    joints = [base, *attempts(evidence, every)]
+    joints = [base, *lamps_found(evidence), *attempts(evidence, every)]
     joints += spread(evidence, best_of(evidence, joints), every)
     best = best_of(evidence, joints)
     if best.departure is not None:
