@@ -113,7 +113,9 @@ def weighed(
     for count in found.counts:
         if len(count.lights) < len(found.lights):
             every += promises(evidence, count.lights, MAKERS)
-    joints = [base, *lamps_found(evidence), *attempts(evidence, every)]
+    joints = [base, *attempts(evidence, every)]
+    if not any(is_shadows(one) and is_explained(evidence, one) for one in joints):
+        joints += lamps_found(evidence)
     joints += spread(evidence, best_of(evidence, joints), every)
     best = best_of(evidence, joints)
     if best.departure is not None:
@@ -130,6 +132,11 @@ def weighed(
     shares = [float(np.clip((alone.cost - one.cost) / excess, 0, 1)) for one in others]
     pairs = tuple(zip(others, shares, strict=True))
     return Diagnosis(evidence, best, pairs, is_explained(evidence, best))
+
+
+def is_shadows(joint: Joint) -> bool:
+    """Whether it is the geometry that departs: no lamps look like that."""
+    return joint.departure is not None and joint.departure.kind is Kind.GEOMETRY
 
 
 def first_of_each(evidence: Evidence, joints: Sequence[Joint]) -> list[Joint]:

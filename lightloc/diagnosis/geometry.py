@@ -50,7 +50,9 @@ def shadows(lit: Lit) -> list[Departure]:
 
     def model(lit: Lit, u: Array) -> Modelled:
         S, slope = unshadowed(lit)
-        seen = np.where(turned, 1 - lit.seen.T, lit.seen.T)[:, :, None]
+        same = turned.shape[1] == len(lit.lights)  # else lights were left out, or added
+        other = turned if same else flipped(lit, S)
+        seen = np.where(other, 1 - lit.seen.T, lit.seen.T)[:, :, None]
         return lit.summed(S * seen, slope * seen[..., None])
 
     def said(u: Array, e: Array) -> str:

@@ -24,7 +24,7 @@ from lightloc.diagnosis.lamps import (
 from lightloc.fit import Criterion, Problem, robust
 from lightloc.optics import shading
 
-SAMPLE = 600
+SAMPLE = 400
 """Observations that a search looks at; what it found is refined over all."""
 
 CELLS = 8
@@ -55,7 +55,8 @@ MOST_LAMPS = 4
 LITTLE = 0.45
 """Share of the loss that each further lamp must not leave: less only feeds another error."""
 
-QUICK, NARROWING, THOROUGH = 10, (10, 10, 10, 10, 10, 30), 60
+QUICK, NARROWING = 8, (8, 8, 8, 8, 24)
+"""Evaluations to judge a start, and to refine it at each width of the loss."""
 
 
 def searched(problem: Problem, criterion: Criterion) -> LampFit:
@@ -191,7 +192,7 @@ def one_more(
     ends = []
     starts = [(one.lamps, False) for one in tried]
     if len(fit.lamps):
-        starts += [(all_of(one.lamps, m), True) for one in tried for m in ALIKE]
+        starts += [(all_of(tried[0].lamps, m), True) for m in ALIKE]
     for start, alike in starts:
         ends.append(refit(problem, start, scale, alike))
         if ends[-1].cost < enough:
@@ -200,7 +201,7 @@ def one_more(
 
 
 def refit(problem: Problem, start: Lamps, scale: float, alike: bool = False) -> LampFit:
-    """A start, refined to its end; ``alike``: first with one exponent for all, then each its own."""
+    """A start, refined to its end; first with one exponent for all where they are ``alike``."""
     d = len(problem.axes)
     if alike:
         start = sharpened(problem, start, Freedom.of(start, d, alike=True), scale, NARROWING).lamps
