@@ -219,9 +219,9 @@ def seen_as_fewer(evidence: Evidence, fewer: PointLights, cost: float) -> bool:
     J = J.reshape(z.size, -1)
     size = np.linalg.norm(J, axis=0)
     size[size == 0] = 1.0
-    b = (z * root).ravel()
-    step = np.linalg.lstsq(J / size, b, rcond=1e-10)[0]
-    return float(np.square(b - J / size @ step).sum()) < NEARLY * max(cost, 1e-300)
+    rest = (z * root).ravel()
+    step = np.linalg.lstsq(J / size, rest, rcond=1e-10)[0]
+    return float(np.square(rest - J / size @ step).sum()) < NEARLY * max(cost, 1e-300)
 
 
 def start(lights: PointLights, which: tuple[int, ...], axis: Array) -> Lamps:

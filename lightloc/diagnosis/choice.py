@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
+from lightloc.answer import Kind
 from lightloc.diagnosis.departure import Array, Departure, Evidence, Maker
 from lightloc.diagnosis.joint import Ground, Joint, ahead, covariance, fitted, ground_of, left, lost
 from lightloc.fields import Grid
@@ -100,8 +101,10 @@ def total(evidence: Evidence, joint: Joint, noise: float) -> float:
 
 def is_explained(evidence: Evidence, joint: Joint) -> bool:
     """Whether a fit leaves no more than noise."""
-    fit = Fit(joint.lights, joint.residual, joint.cost)
-    return evidence.criterion.is_explained(evidence.problem, fit)
+    fit, criterion = Fit(joint.lights, joint.residual, joint.cost), evidence.criterion
+    if joint.departure and joint.departure.kind is Kind.EMISSION:
+        return criterion.is_clean(evidence.problem, fit)  # a narrow lamp reaches but a few
+    return criterion.is_explained(evidence.problem, fit)
 
 
 def hope(evidence: Evidence, one: Promise) -> float:

@@ -75,9 +75,9 @@ def searched(problem: Problem, criterion: Criterion) -> LampFit:
             break
     best = fits[0]
     for fit in fits[1:]:
-        more = len(fit.lamps) - len(best.lamps)
-        explains = more == 1 and fit.cost < min(enough, best.cost - PRICE)
-        if explains or fit.cost < best.cost * LITTLE**more:
+        added = len(fit.lamps) - len(best.lamps)
+        explains = added == 1 and fit.cost < min(enough, best.cost - PRICE)
+        if explains or fit.cost < best.cost * LITTLE**added:
             best = fit
     if len(best.lamps) > 1:
         tied = refit(small, all_of(best.lamps, float(np.median(best.lamps.exponents))), scale, True)
