@@ -1,4 +1,4 @@
-"""Lamps that are no isotropic points: never dark; told as lamps, or as the point that explains most.
+"""Lamps that are no isotropic points: never dark; lamps are told, or the best point is.
 
 The lamps are computed here in NumPy, and so is what any single point would leave of B.
 """
