@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lightloc.answer import MARGIN, Departed, Kind, Localization, Reason, Step, Verdict, judged
-from lightloc.diagnosis.choice import plain
+from lightloc.diagnosis.choice import is_explained, plain
 from lightloc.diagnosis.departure import Evidence, Maker
+from lightloc.diagnosis.doubt import doubtful
 from lightloc.diagnosis.joint import Joint, covariance, fitted, lost
 from lightloc.diagnosis.kinds import MAKERS
 from lightloc.diagnosis.noise import WHITE, alike
@@ -111,7 +112,10 @@ def moved(found: Localization, whole: Evidence, joint: Joint, o: Options) -> Loc
     lights, problem = joint.lights, whole.problem
     k, c = lights.intensities.shape
     m, noise = k * (len(problem.axes) + c), max(1.0, level_of(joint.residual))
-    spread = noise**2 * covariance(whole, joint)[:m, :m]
+    if is_explained(whole, joint):
+        spread = noise**2 * covariance(whole, joint)[:m, :m]
+    else:
+        spread = doubtful(whole, joint, noise)[:m, :m]
     errors = Bound.of(spread, problem.axes, k, c)
     top, _ = intensity_distance(whole.q, lights.positions, problem.geometry, MARGIN)
     chi2 = joint.cost / problem.rows
