@@ -36,6 +36,10 @@ CELLS, BIRTHS, FAINT = 1024, 4, 1e-6
 """Positions at which a light is asked for beside a departure, lights that may be added, and the
 least share of the largest energy that one of them has."""
 
+MUCH = 0.5
+"""Of what is left beyond noise, what is left at most by a light that only shows beside a
+departure."""
+
 NEEDED = 4.0
 """A light is needed, unasked, if its intensity is beyond 0 by so many times its price."""
 
@@ -172,17 +176,31 @@ def pruned(evidence: Evidence, best: Joint) -> Joint:
     return best
 
 
-def grown(evidence: Evidence, best: Joint, most: int) -> Joint:
-    """With the lights that only show beside the departure; only where all is explained then."""
-    start, grid = best, Grid.over(evidence.problem.bounds, CELLS).points
-    while not is_explained(evidence, best) and len(best.lights) - len(start.lights) < BIRTHS:
-        if len(best.lights) >= most or best.departure is None:
+def grown(evidence: Evidence, joints: Sequence[Joint], most: int) -> Joint:
+    """The best, with the lights that only show beside a departure.
+
+    Where the best does not explain what is seen, others that come near it are asked, too.
+    """
+    best, noise, tried = best_of(evidence, joints), level(joints), list[Joint]()
+    for one in sorted(joints, key=lambda one: total(evidence, one, noise)):
+        if one.departure and one.departure not in [other.departure for other in tried]:
+            tried.append(one)
+    if best.departure is None or is_explained(evidence, best):
+        return best
+    return best_of(evidence, [best, *(added(evidence, one, most) for one in tried[:FRONT])])
+
+
+def added(evidence: Evidence, best: Joint, most: int) -> Joint:
+    """A fit with lights more, each of which leaves no more than `MUCH` of what was left of it."""
+    grid, rows = Grid.over(evidence.problem.bounds, CELLS).points, evidence.problem.rows
+    for _ in range(BIRTHS):
+        if is_explained(evidence, best) or len(best.lights) >= most:
             break
         more = with_one(evidence, best, grid)
-        if best_of(evidence, [best, more]) is best:
+        if more.cost - rows > MUCH * (best.cost - rows):
             break
         best = more
-    return best if is_explained(evidence, best) else start
+    return best
 
 
 def with_one(evidence: Evidence, joint: Joint, grid: Array) -> Joint:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lightloc.answer import Kind
-from lightloc.diagnosis.elsewhere import sources
+from lightloc.diagnosis.elsewhere import Elsewhere, sources
 from lightloc.fit import Criterion, Problem
 from lightloc.given import Geometry, Observations, PointLights
 from lightloc.optics import Surfels, reflected_ambient, shadows, slopes
@@ -53,8 +53,8 @@ class Evidence:
         return reflected_ambient(self.problem.surfels, self.q.channels)
 
     @cached_property
-    def elsewhere(self) -> Array:
-        """(n, s, c) what light from elsewhere brings: of each of `sources`."""
+    def elsewhere(self) -> Elsewhere:
+        """What light from elsewhere brings."""
         return sources(self.q, self.problem)
 
     def lit(self, lights: PointLights) -> Lit:

@@ -113,9 +113,9 @@ def weighed(
             every += promises(evidence, count.lights, MAKERS)
     joints = [base, *attempts(evidence, every)]
     joints += spread(evidence, best_of(evidence, joints), every)
-    best = best_of(evidence, joints)
+    best = grown(evidence, joints, most)
     if best.departure is not None:
-        best = pruned(evidence, grown(evidence, best, most))
+        best = pruned(evidence, best)
     alone = base
     if best.departure is not None:
         alone = fitted(evidence, best.lights, None, np.zeros(0))
