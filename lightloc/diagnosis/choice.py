@@ -213,6 +213,8 @@ def with_one(evidence: Evidence, joint: Joint, grid: Array) -> Joint:
     atoms = np.broadcast_to(atoms, (*atoms.shape[:2], problem.radiance.shape[1]))
     own = ground.beside(atoms.swapaxes(1, 2))
     a, free = own.T @ ground.rest, np.square(own).sum(axis=0)
+    if not free.any():
+        return joint
     gain = np.where(a > 0, a**2 / np.maximum(free, free.max() * FAINT), 0)
     best = int(np.argmax(gain))
     intensity = np.full((1, joint.lights.channels), a[best] / max(free[best], 1e-300))
