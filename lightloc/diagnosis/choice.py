@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from lightloc.diagnosis.departure import Array, Departure, Evidence, Maker
+from lightloc.answer import Kind
+from lightloc.diagnosis.departure import Array, Departure, Evidence, Lit, Maker, Modelled
 from lightloc.diagnosis.joint import Ground, Joint, ahead, covariance, fitted, ground_of, left, lost
 from lightloc.fields import Grid
 from lightloc.fit import Fit, level_of
@@ -179,15 +180,22 @@ def pruned(evidence: Evidence, best: Joint) -> Joint:
 def grown(evidence: Evidence, joints: Sequence[Joint], most: int) -> Joint:
     """The best, with the lights that only show beside a departure.
 
-    Where the best does not explain what is seen, others that come near it are asked, too.
+    Where the best does not explain what is seen, the first of each other kind is asked, too.
     """
-    best, noise, tried = best_of(evidence, joints), level(joints), list[Joint]()
-    for one in sorted(joints, key=lambda one: total(evidence, one, noise)):
-        if one.departure and one.departure not in [other.departure for other in tried]:
-            tried.append(one)
+    best = best_of(evidence, joints)
     if best.departure is None or is_explained(evidence, best):
         return best
-    return best_of(evidence, [best, *(added(evidence, one, most) for one in tried[:FRONT])])
+    more = [added(evidence, one, most) for one in first_of_each(evidence, joints)]
+    return best_of(evidence, [best, *more])
+
+
+def first_of_each(evidence: Evidence, joints: Sequence[Joint]) -> list[Joint]:
+    """Of each kind of departure the fit that explains for the least, the best kind first."""
+    noise, kinds = level(joints), dict[Kind, Joint]()
+    for one in sorted(joints, key=lambda one: total(evidence, one, noise)):
+        if one.departure:
+            kinds.setdefault(one.departure.kind, one)
+    return list(kinds.values())
 
 
 def added(evidence: Evidence, best: Joint, most: int) -> Joint:
@@ -210,8 +218,7 @@ def with_one(evidence: Evidence, joint: Joint, grid: Array) -> Joint:
     one = departure.model(lit, joint.unknowns)
     ground = Ground.of(lit, one)
     atoms = shading(problem.surfels, grid, problem.geometry)
-    atoms = np.broadcast_to(atoms, (*atoms.shape[:2], problem.radiance.shape[1]))
-    own = ground.beside(atoms.swapaxes(1, 2))
+    own = ground.beside(atoms.swapaxes(1, 2) * shown(lit, one)[:, :, None])
     a, free = own.T @ ground.rest, np.square(own).sum(axis=0)
     if not free.any():
         return joint
@@ -225,6 +232,15 @@ def with_one(evidence: Evidence, joint: Joint, grid: Array) -> Joint:
     k = len(joint.lights)
     u = departure.more(joint.unknowns, k)
     return fitted(evidence, lights, departure, u)
+
+
+def shown(lit: Lit, one: Modelled) -> Array:
+    """(n, c) how much more is seen of a departure where the lights bring more: 1 if all of it."""
+    bright = slice(len(lit.lights) * len(lit.evidence.problem.axes), None)
+    seen = one.by_lights[:, :, bright] @ lit.lights.intensities.ravel()
+    return np.asarray(
+        np.where(lit.plain.B > 0, seen / np.where(lit.plain.B > 0, lit.plain.B, 1), 1)
+    )
 
 
 def doubtful(evidence: Evidence, joint: Joint) -> NDArray[np.intp]:

@@ -14,15 +14,14 @@ from lightloc.diagnosis.choice import (
     Promise,
     attempts,
     best_of,
+    first_of_each,
     grown,
     hope,
     is_explained,
-    level,
     plain,
     promises,
     pruned,
     spread,
-    total,
 )
 from lightloc.diagnosis.departure import Evidence
 from lightloc.diagnosis.free import freed
@@ -128,15 +127,6 @@ def weighed(
     shares = [float(np.clip((alone.cost - one.cost) / excess, 0, 1)) for one in others]
     pairs = tuple(zip(others, shares, strict=True))
     return Diagnosis(evidence, best, pairs, is_explained(evidence, best))
-
-
-def first_of_each(evidence: Evidence, joints: Sequence[Joint]) -> list[Joint]:
-    """Of each kind of departure the fit that explains for the least, the best kind first."""
-    noise, kinds = level(joints), dict[Kind, Joint]()
-    for one in sorted(joints, key=lambda one: total(evidence, one, noise)):
-        if one.departure:
-            kinds.setdefault(one.departure.kind, one)
-    return list(kinds.values())
 
 
 def evidence_of(
