@@ -61,6 +61,10 @@ class Evidence:
         """What lights bring under the model as given."""
         return Lit(self, lights)
 
+    def quieter(self, factor: float) -> Evidence:
+        """The same with so many times the standard errors."""
+        return replace(self, problem=replace(self.problem, sigma=self.problem.sigma * factor))
+
     def rows_of(self, some: NDArray[np.intp]) -> Evidence:
         """The same of some of the observations."""
         return replace(self, q=self.q.at(some), problem=self.problem.rows_of(some))
