@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from lightloc.answer import Kind
-from lightloc.diagnosis.departure import Array, Departure, Evidence, Maker
+from lightloc.diagnosis.departure import Array, Departure, Evidence, Lit, Maker, Modelled
 from lightloc.diagnosis.joint import Ground, Joint, ahead, covariance, fitted, ground_of, left, lost
 from lightloc.fields import Grid
 from lightloc.fit import Fit, level_of
@@ -36,6 +36,10 @@ QUICK = 3
 CELLS, BIRTHS, FAINT = 1024, 4, 1e-6
 """Positions at which a light is asked for beside a departure, lights that may be added, and the
 least share of the largest energy that one of them has."""
+
+MUCH = 0.5
+"""Of what is left beyond noise, what is left at most by a light that only shows beside a
+departure."""
 
 NEEDED = 4.0
 """A light is needed, unasked, if its intensity is beyond 0 by so many times its price."""
@@ -175,17 +179,38 @@ def pruned(evidence: Evidence, best: Joint) -> Joint:
     return best
 
 
-def grown(evidence: Evidence, best: Joint, most: int) -> Joint:
-    """With the lights that only show beside the departure; only where all is explained then."""
-    start, grid = best, Grid.over(evidence.problem.bounds, CELLS).points
-    while not is_explained(evidence, best) and len(best.lights) - len(start.lights) < BIRTHS:
-        if len(best.lights) >= most or best.departure is None:
+def grown(evidence: Evidence, joints: Sequence[Joint], most: int) -> Joint:
+    """The best, with the lights that only show beside a departure.
+
+    Where the best does not explain what is seen, the first of each other kind is asked, too.
+    """
+    best = best_of(evidence, joints)
+    if best.departure is None or is_explained(evidence, best):
+        return best
+    more = [added(evidence, one, most) for one in first_of_each(evidence, joints)]
+    return best_of(evidence, [best, *more])
+
+
+def first_of_each(evidence: Evidence, joints: Sequence[Joint]) -> list[Joint]:
+    """Of each kind of departure the fit that explains for the least, the best kind first."""
+    noise, kinds = level(joints), dict[Kind, Joint]()
+    for one in sorted(joints, key=lambda one: total(evidence, one, noise)):
+        if one.departure:
+            kinds.setdefault(one.departure.kind, one)
+    return list(kinds.values())
+
+
+def added(evidence: Evidence, best: Joint, most: int) -> Joint:
+    """A fit with lights more, each of which leaves no more than `MUCH` of what was left of it."""
+    grid, rows = Grid.over(evidence.problem.bounds, CELLS).points, evidence.problem.rows
+    for _ in range(BIRTHS):
+        if is_explained(evidence, best) or len(best.lights) >= most:
             break
         more = with_one(evidence, best, grid)
-        if best_of(evidence, [best, more]) is best:
+        if more.cost - rows > MUCH * (best.cost - rows):
             break
         best = more
-    return best if is_explained(evidence, best) else start
+    return best
 
 
 def with_one(evidence: Evidence, joint: Joint, grid: Array) -> Joint:
@@ -195,9 +220,10 @@ def with_one(evidence: Evidence, joint: Joint, grid: Array) -> Joint:
     one = departure.model(lit, joint.unknowns)
     ground = Ground.of(lit, one)
     atoms = shading(problem.surfels, grid, problem.geometry)
-    atoms = np.broadcast_to(atoms, (*atoms.shape[:2], problem.radiance.shape[1]))
-    own = ground.beside(atoms.swapaxes(1, 2))
+    own = ground.beside(atoms.swapaxes(1, 2) * shown(lit, one)[:, :, None])
     a, free = own.T @ ground.rest, np.square(own).sum(axis=0)
+    if not free.any():
+        return joint
     gain = np.where(a > 0, a**2 / np.maximum(free, free.max() * FAINT), 0)
     best = int(np.argmax(gain))
     intensity = np.full((1, joint.lights.channels), a[best] / max(free[best], 1e-300))
@@ -208,6 +234,15 @@ def with_one(evidence: Evidence, joint: Joint, grid: Array) -> Joint:
     k = len(joint.lights)
     u = departure.more(joint.unknowns, k)
     return fitted(evidence, lights, departure, u)
+
+
+def shown(lit: Lit, one: Modelled) -> Array:
+    """(n, c) how much more is seen of a departure where the lights bring more: 1 if all of it."""
+    bright = slice(len(lit.lights) * len(lit.evidence.problem.axes), None)
+    seen = one.by_lights[:, :, bright] @ lit.lights.intensities.ravel()
+    return np.asarray(
+        np.where(lit.plain.B > 0, seen / np.where(lit.plain.B > 0, lit.plain.B, 1), 1)
+    )
 
 
 def doubtful(evidence: Evidence, joint: Joint) -> NDArray[np.intp]:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lightloc.answer import Kind
-from lightloc.diagnosis.elsewhere import sources
+from lightloc.diagnosis.elsewhere import Elsewhere, sources
 from lightloc.fit import Criterion, Problem
 from lightloc.given import Geometry, Observations, PointLights
 from lightloc.optics import Surfels, reflected_ambient, shadows, slopes
@@ -53,13 +53,17 @@ class Evidence:
         return reflected_ambient(self.problem.surfels, self.q.channels)
 
     @cached_property
-    def elsewhere(self) -> Array:
-        """(n, s, c) what light from elsewhere brings: of each of `sources`."""
+    def elsewhere(self) -> Elsewhere:
+        """What light from elsewhere brings."""
         return sources(self.q, self.problem)
 
     def lit(self, lights: PointLights) -> Lit:
         """What lights bring under the model as given."""
         return Lit(self, lights)
+
+    def quieter(self, factor: float) -> Evidence:
+        """The same with so many times the standard errors."""
+        return replace(self, problem=replace(self.problem, sigma=self.problem.sigma * factor))
 
     def rows_of(self, some: NDArray[np.intp]) -> Evidence:
         """The same of some of the observations."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,44 +23,64 @@ FAR, DIRECTIONS = 3.0, 32
 """Of the longest side: how far away what is far is put; directions that are asked."""
 
 
-def sources(q: Observations, problem: Problem) -> Array:
-    """(n, s, c) what each patch and each direction brings, its mean being that of B."""
-    axes, box = problem.axes, q.bounds
-    flat = len(axes) == 2
-    columns = [patch(q, problem, side, int(axis)) for axis in axes for side in (0, 1)]
-    middle, size = box.mean(axis=0), float(np.ptp(box, axis=0).max())
-    ways = around(flat)
-    far = shading(problem.surfels, middle + FAR * size * ways, problem.geometry)
-    all_ = np.concatenate([*columns, far], axis=1)
-    all_ = np.broadcast_to(all_, (*all_.shape[:2], q.channels))
-    mean = all_.mean(axis=(0, 2), keepdims=True)
-    some = mean.ravel() > 0
-    return all_[:, some] / mean[:, some] * float(np.abs(q.radiance).mean())
+@dataclass(frozen=True, eq=False)
+class Elsewhere:
+    """What sources elsewhere bring.
+
+    Parameters
+    ----------
+    columns : (n, s, c) array
+        Of each, in radiance; its mean is that of B.
+    patches : tuple of (int, int, (d - 1,) array), or None
+        Of each, the side (0 the lower, 1 the upper) and the axis that it is across, and its middle,
+        in 0..1 along the other axes; None of one that is far away.
+    """
+
+    columns: Array
+    patches: tuple[tuple[int, int, Array] | None, ...]
 
 
-def patch(q: Observations, problem: Problem, side: int, axis: int) -> Array:
-    """(n, patches, c) the light of diffuse patches on one side of the observations' box."""
-    box, axes = q.bounds, problem.axes
-    inwards = 1.0 - 2.0 * side
-    along = [a for a in axes if a != axis]
-    size = float(np.ptp(box, axis=0).max())
-    ticks = (np.arange(PATCHES * POINTS) + 0.5) / (PATCHES * POINTS)
-    grid = np.stack(np.meshgrid(*[ticks] * len(along), indexing="ij"), axis=-1)
-    places = np.tile(box[0], (grid[..., 0].size, 1))
-    grid = grid.reshape(-1, len(along))
+def sources(q: Observations, problem: Problem) -> Elsewhere:
+    """Patches of all sides, and points in all directions."""
+    box, flat = q.bounds, len(problem.axes) == 2
+    cells, points = ticks(PATCHES, len(problem.axes) - 1), ticks(POINTS, len(problem.axes) - 1)
+    grid = cells[:, None] + (points - 0.5) / PATCHES
+    columns, patches = [], list[tuple[int, int, Array] | None]()
+    for axis in problem.axes:
+        for side in (0, 1):
+            light = diffuse(q, problem, side, int(axis), grid.reshape(-1, grid.shape[2]))
+            columns.append(light.reshape(len(q), len(cells), len(points), -1).sum(axis=2))
+            patches += [(side, int(axis), cell) for cell in cells]
+    far = box.mean(axis=0) + FAR * float(np.ptp(box, axis=0).max()) * around(flat)
+    columns.append(shading(problem.surfels, far, problem.geometry))
+    whole = np.concatenate(columns, axis=1)
+    whole = np.broadcast_to(whole, (*whole.shape[:2], q.channels))
+    mean = whole.mean(axis=(0, 2), keepdims=True)
+    lit = mean.ravel() > 0
+    told = tuple(one for one, some in zip([*patches, *[None] * len(far)], lit, strict=True) if some)
+    return Elsewhere(whole[:, lit] / mean[:, lit] * float(np.abs(q.radiance).mean()), told)
+
+
+def ticks(count: int, d: int) -> Array:
+    """(count^d, d) middles of so many cells along each axis of the unit square, or interval."""
+    each = (np.arange(count) + 0.5) / count
+    return np.stack(np.meshgrid(*[each] * d, indexing="ij"), axis=-1).reshape(-1, d)
+
+
+def diffuse(q: Observations, problem: Problem, side: int, axis: int, grid: Array) -> Array:
+    """(n, g, c) the light of diffuse points on one side of the observations' box.
+
+    ``grid`` (g, d - 1) is where, in 0..1 along the other axes.
+    """
+    box, inwards = q.bounds, 1.0 - 2.0 * side
+    along = [a for a in problem.axes if a != axis]
+    places = np.tile(box[0], (len(grid), 1))
     places[:, along] += grid * np.ptp(box, axis=0)[along]
-    places[:, axis] = box[side, axis] + inwards * INWARDS * size
+    places[:, axis] = box[side, axis] + inwards * INWARDS * float(np.ptp(box, axis=0).max())
     S = shading(problem.surfels, places, problem.geometry)
     off = q.positions[:, None] - places
-    slant = np.maximum(off[:, :, axis] * inwards, 0) / np.maximum(
-        np.linalg.norm(off, axis=2), np.finfo(float).tiny
-    )
-    light = S * slant[:, :, None]
-    cell = np.minimum(grid * PATCHES, PATCHES - 1).astype(int)
-    which = (cell * PATCHES ** np.arange(len(along))).sum(axis=1)
-    return np.stack(
-        [light[:, which == i].sum(axis=1) for i in range(PATCHES ** len(along))], axis=1
-    )
+    far = np.maximum(np.linalg.norm(off, axis=2), np.finfo(float).tiny)
+    return np.asarray(S * (np.maximum(off[:, :, axis] * inwards, 0) / far)[:, :, None])
 
 
 def around(flat: bool) -> Array:

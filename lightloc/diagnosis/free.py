@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from lightloc.answer import Assumption, Departed, Kind, Localization, Reason, judged, unexplained
-from lightloc.diagnosis.choice import QUICK, best_of, finished, grown, is_explained, pruned
+from lightloc.diagnosis.choice import QUICK, finished, grown, is_explained, pruned
 from lightloc.diagnosis.departure import (
     Array,
     Change,
@@ -119,8 +119,8 @@ def freed(found: Localization, whole: Evidence, evidence: Evidence, o: Options) 
     ]
     if not rough:
         return found
-    best = best_of(evidence, finished(evidence, rough))
-    joint = on_all(whole, pruned(evidence, grown(evidence, best, o.most_lights)), [maker])
+    best = grown(evidence, finished(evidence, rough), o.most_lights)
+    joint = on_all(whole, pruned(evidence, best), [maker])
     spread = np.diag(covariance(whole, joint))[-len(joint.unknowns) :]
     apart = told_apart(whole.lit(joint.lights), o.free, joint.unknowns, np.sqrt(spread))
     seen = (Kind.HIDDEN, Kind.MIRROR)

@@ -53,7 +53,10 @@ def albedo(group: Group) -> Departure:
         pointwise(change),
         slope_of(change),
         fixed(np.ones((1, 1))),
-        lambda u, e: f"the albedo of {words} is {u[0]:.3f} ± {e[0]:.1g} times what was given",
+        lambda u, e: (
+            f"the albedo of {words} is {u[0]:.3f} ± {e[0]:.1g} times what was given, if the others "
+            "are as given"
+        ),
         'Options(free=("albedo",))',
         fixed(np.array(FACTORS)[:, None]),
     )

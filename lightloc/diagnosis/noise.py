@@ -33,6 +33,6 @@ def alike(evidence: Evidence, z: Array) -> float:
     bounded = np.tanh(z / np.maximum(level_of(z), np.finfo(float).tiny))
     bounded = bounded - bounded.mean(axis=0)
     each = bounded[:, None] * bounded[index[:, 1:]]
-    scale = np.square(bounded).mean(axis=0)
+    scale = np.maximum(np.square(bounded).mean(axis=0), np.finfo(float).tiny)
     pairs = n * NEIGHBOURS / 2 * z.shape[1]  # most pairs are counted from both sides
     return float((each.mean(axis=(0, 1)) / scale).mean() * np.sqrt(pairs))

@@ -11,6 +11,7 @@ import numpy as np
 from lightloc.answer import Kind
 from lightloc.diagnosis.departure import Array, Departure, Lit, added, fixed, pointwise
 from lightloc.diagnosis.joint import ground_of
+from lightloc.diagnosis.window import window
 
 MOST = 4
 """Patches and directions that are taken together."""
@@ -23,14 +24,15 @@ WHERE = 2
 
 
 def outside(lit: Lit) -> list[Departure]:
-    """One source beyond the region, and up to four."""
-    evidence = lit.evidence
-    columns = evidence.elsewhere
-    if not columns.shape[1]:
+    """One source beyond the region, up to four, and a window where the first is a patch."""
+    evidence, elsewhere = lit.evidence, lit.evidence.elsewhere
+    if not elsewhere.patches:
         return []
-    taken = greedy(lit, columns)
+    taken = greedy(lit, elsewhere.columns)
     few = sorted({min(1, len(taken)), len(taken)} - {0})
-    return [departure(columns[:, taken[:n]], n) for n in few]
+    found = [departure(elsewhere.columns[:, taken[:n]], n) for n in few]
+    first = next((elsewhere.patches[i] for i in taken if elsewhere.patches[i]), None)
+    return [*found, window(evidence, *first)] if first else found
 
 
 def departure(columns: Array, few: int) -> Departure:

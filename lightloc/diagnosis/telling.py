@@ -7,7 +7,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lightloc.answer import MARGIN, Departed, Kind, Localization, Reason, Step, Verdict, judged
+from lightloc.answer import (
+    MARGIN,
+    Departed,
+    Kind,
+    Localization,
+    Reason,
+    Step,
+    Verdict,
+    judged,
+    unexplained,
+)
 from lightloc.diagnosis.choice import is_explained, plain
 from lightloc.diagnosis.departure import Evidence, Maker
 from lightloc.diagnosis.doubt import doubtful
@@ -15,7 +25,7 @@ from lightloc.diagnosis.joint import Joint, covariance, fitted, lost
 from lightloc.diagnosis.kinds import MAKERS
 from lightloc.diagnosis.noise import WHITE, alike
 from lightloc.fields import intensity_distance
-from lightloc.fit import Bound, inseparable, level_of, resolution
+from lightloc.fit import Bound, Fit, inseparable, level_of, resolution
 from lightloc.given import Options, PointLights
 
 PART = 0.2
@@ -53,8 +63,7 @@ class Diagnosis:
 
 def told(found: Localization, whole: Evidence, diagnosis: Diagnosis, o: Options) -> Localization:
     """The answer with what a diagnosis came to."""
-    best, answer = diagnosis.best, found
-    kept = [v for v in found.verdicts if v.kind is Kind.UNEXPLAINED and not diagnosis.explained]
+    best, answer, explained = diagnosis.best, found, diagnosis.explained
     rest = [v for v in found.verdicts if v.kind is not Kind.UNEXPLAINED]
     if best.departure is None:
         here = plain(whole, found.lights)
@@ -62,18 +71,24 @@ def told(found: Localization, whole: Evidence, diagnosis: Diagnosis, o: Options)
             return louder(found, whole, here, o)
     else:
         best = on_all(whole, best)
+        explained = explained and is_explained(whole, best)
         answer, rest = moved(found, whole, best, o), [v for v in rest if v.kind is Kind.HIDDEN]
+    kept = [v for v in found.verdicts if v.kind is Kind.UNEXPLAINED and not explained]
+    if not (explained or kept):
+        fit = Fit(best.lights, best.residual, best.cost)
+        kept = [unexplained(fit, whole.problem, tried=len(found.counts))]
+    left = Reason.NO_GAIN if best.departure else found.reason
     named = []
     for one, share in diagnosis.others:
         if one is diagnosis.best:
-            named.append(said(whole, best, share, sure=diagnosis.explained))
+            named.append(said(whole, best, share, sure=explained))
         elif share > PART:
             named.append(said(diagnosis.evidence, one, share, sure=False))
     answer = replace(
         answer,
         verdicts=(*kept, *(verdict for verdict, _ in named), *rest),
         departures=tuple(departed for _, departed in named),
-        reason=Reason.UNDECIDED if diagnosis.explained else found.reason,
+        reason=Reason.UNDECIDED if explained else left,
     )
     return judged(answer, whole.problem, o)
 
@@ -127,6 +142,7 @@ def moved(found: Localization, whole: Evidence, joint: Joint, o: Options) -> Loc
         covariance=spread,
         bound=top,
         residual=joint.residual,
+        sigma=problem.sigma,
         inseparable=inseparable(lights, errors.position),
         resolution=resolution(problem, lights),
         width=np.zeros(k),

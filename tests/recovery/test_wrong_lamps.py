@@ -102,7 +102,7 @@ def test_lit_is_not_dark(name, cut, rng):
         assert found.reason is Reason.UNDECIDED
         assert found.verdicts[0].kind is Kind.EMISSION
         (p,) = found.lights.positions
-        assert np.linalg.norm(p - LAMP) < 0.02
+        assert np.linalg.norm(p - LAMP) < (0.1 if "noise" in name else 0.001)
     else:
         assert found.reason is Reason.NO_GAIN
         assert found.verdicts[0].kind is Kind.UNEXPLAINED
