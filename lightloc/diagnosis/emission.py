@@ -36,7 +36,7 @@ def emission(lit: Lit) -> list[Departure]:
             Kind.EMISSION,
             NAME,
             model,
-            dipoles,
+            lambda lit, u: model(lit, u).by_unknowns,
             starts,
             lambda u, e: said(u.reshape(-1, d), e.reshape(-1, d)),
             TRIAL,
@@ -77,15 +77,6 @@ def model(lit: Lit, u: Array) -> Modelled:
     by_vector += by_exponent[..., None] * lamps.axes[:, problem.axes]
     by_vector /= m[:, None]
     return Modelled(B, every[:, :, :points], by_vector.reshape(n, c, k * d))
-
-
-def dipoles(lit: Lit, u: Array) -> Array:
-    """What a little more light along each axis brings: (n, c, k d), of lights that are points."""
-    problem = lit.evidence.problem
-    w, _ = seen_from(problem, lit.lights.positions)
-    own = (lit.brought[0] * lit.lights.intensities).swapaxes(1, 2)
-    every = own[..., None] * w[:, None][..., problem.axes]
-    return np.asarray(every.reshape(*problem.radiance.shape, -1))
 
 
 def starts(lit: Lit) -> Array:
