@@ -4,6 +4,7 @@ import lightloc.backend  # noqa: F401  (first: it chooses the LLVM library)
 from lightloc.answer import (
     Assumption,
     Count,
+    Departed,
     Kind,
     Localization,
     Noise,
@@ -76,6 +77,7 @@ __all__ = [  # in pipeline order
     "Step",
     "Verdict",
     "Kind",
+    "Departed",
     "Noise",
     "NoiseLaw",
     "Limits",

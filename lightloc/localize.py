@@ -21,6 +21,7 @@ from lightloc.answer import (
     with_unknowns,
 )
 from lightloc.backend import one_blas_thread
+from lightloc.diagnosis import diagnosed
 from lightloc.fit import Criterion, Fit, Problem, is_exact, presumed, without_black, working_sigma
 from lightloc.given import (
     Geometry,
@@ -200,6 +201,8 @@ def localize(
     with one_blas_thread():
         region, found = widened(look, region, seen, geometry, may=bounds is None)
         found = best_one(found, direct, geometry, region.bounds, o, seed)
+        rule = Criterion.of(o).after_removal() if seen.interreflected else Criterion.of(o)
+        found = diagnosed(found, direct, geometry, region.bounds, o, rule, seed)
     return answered(bordered(found, region))
 
 

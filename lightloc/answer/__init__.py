@@ -11,6 +11,7 @@ For other rooms, in pipeline order:
 - `Reason`: why a search stopped.
 - `Kind`: what sort of thing can't be told.
 - `Verdict`: one thing that the data can't decide.
+- `Departed`: what was fitted beside the lights.
 - `too_few`: fewer lit observations than unknowns.
 - `mirrored`: a light's mirror image would look the same.
 - `hidden`: a part of the region that nothing observed sees.
@@ -33,6 +34,7 @@ For other rooms, in pipeline order:
 """
 
 from lightloc.answer.basis import Assumption, Count, Noise, NoiseLaw, Way
+from lightloc.answer.departed import Departed
 from lightloc.answer.judge import (
     MARGIN,
     at_border,
@@ -65,6 +67,7 @@ __all__ = [
     "Reason",
     "Kind",
     "Verdict",
+    "Departed",
     "too_few",
     "mirrored",
     "hidden",

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from lightloc import units
 from lightloc.answer.basis import Assumption, Count, Noise, Way
+from lightloc.answer.departed import Departed
 from lightloc.answer.noise_said import noise_said
 from lightloc.answer.outliers import Outliers, outliers_said
 from lightloc.answer.stored import plain, read, write
@@ -142,6 +143,9 @@ class Localization:
         How interreflected light was treated.
     why : str
         Why so, a sentence; empty where it was asked for, or there is none.
+    departures : tuple of Departed
+        What was fitted together with the lights, the likeliest first; none where the model is right
+        as far as can be seen.
 
     Examples
     --------
@@ -184,6 +188,7 @@ class Localization:
     assumed: tuple[Assumption, ...] = ()
     way: Way = Way.DIRECT
     why: str = ""
+    departures: tuple[Departed, ...] = ()
 
     @property
     def unit(self) -> str:
@@ -225,8 +230,8 @@ class Localization:
             ``format``, ``unit``, ``intensity_unit``, ``lights`` (a dict each; `PointLights.load`
             reads them from a file), ``reason``, ``verdicts``, ``chi2``, ``certificate``,
             ``ambient``, ``noise``, ``limits``, ``outlying``, ``counts``, ``relative``,
-            ``assumed``, ``way`` and ``why``. Members of enumerations go by their names. None stands
-            for a number that is infinite or NaN.
+            ``assumed``, ``way``, ``why`` and ``departures``. Members of enumerations go by their
+            names. None stands for a number that is infinite or NaN.
 
         Examples
         --------
@@ -337,6 +342,8 @@ class Localization:
         rows += [f"  {sentence}" for sentence in self.remarks]
         if self.why:
             rows.append(f"  {self.why} Interreflected light was {self.way.value}.")
+        told = {verdict.kind for verdict in self.verdicts}
+        rows += [f"  Fitted too: {d.sentence}." for d in self.departures if d.kind not in told]
         return "\n".join(rows)
 
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from lightloc.answer.basis import Assumption, Count, Noise, NoiseLaw, Way
+from lightloc.answer.departed import Departed
 from lightloc.answer.outliers import Outliers, Where
 from lightloc.answer.verdicts import Kind, Verdict
 from lightloc.files import archive, whole
@@ -87,6 +88,17 @@ def plain(found: Mapping[str, Any]) -> dict[str, Any]:
         "assumed": [assumption.name for assumption in found["assumed"]],
         "way": found["way"].name,
         "why": found["why"],
+        "departures": [
+            {
+                "kind": d.kind.name,
+                "name": d.name,
+                "values": known(d.values),
+                "errors": known(d.errors),
+                "share": known(d.share),
+                "sentence": d.sentence,
+            }
+            for d in found["departures"]
+        ],
     }
 
 
@@ -191,6 +203,17 @@ def read(path: str | Path) -> dict[str, Any]:
         "assumed": tuple(Assumption[name] for name in answer["assumed"]),
         "way": Way[answer["way"]],
         "why": str(answer.get("why", "")),
+        "departures": tuple(
+            Departed(
+                Kind[d["kind"]],
+                d["name"],
+                np.array(d["values"], float),
+                np.array(d["errors"], float),
+                d["share"],
+                d["sentence"],
+            )
+            for d in answer.get("departures", ())
+        ),
         "reason": answer["reason"],
         "history": answer["history"],
     }

@@ -63,7 +63,15 @@ class Kind(Enum):
     HIDDEN = "a light in some part of the region would reach no observation"
 
 
-DECISIVE = frozenset({Kind.TOO_FEW, Kind.COUNT, Kind.UNCERTAIN, Kind.MIRROR, Kind.BORDER})
+WRONG = frozenset(
+    {
+        *(Kind.MATERIAL, Kind.EMISSION, Kind.GEOMETRY, Kind.INDIRECT, Kind.OUTSIDE),
+        *(Kind.ENCODING, Kind.NOISE),
+    }
+)
+"""Verdicts on the model itself."""
+
+DECISIVE = WRONG | {Kind.TOO_FEW, Kind.COUNT, Kind.UNCERTAIN, Kind.MIRROR, Kind.BORDER}
 """Verdicts that leave an answer undecided."""
 
 

@@ -8,6 +8,7 @@ from typing import Literal, get_args
 from lightloc.checks import number
 
 NoiseGiven = Literal["given", "scaled", "estimate"]
+Free = Literal["albedo", "ambient", "gamma"]
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,11 @@ class Options:
     cluster : float
         A light counts as a possible cluster where two lights further apart than this, as a share of
         the region's longest side, might look the same (section 6.1).
+    free : tuple of {"albedo", "ambient", "gamma"}
+        What is fitted together with the lights, with its errors, and told in
+        ``Localization.departures``: a factor on the albedo of each region, or of what faces each
+        side where there are no regions, beside that of the largest (a factor on all of them is one
+        on all intensities); light from everywhere; the power of radiance that values are.
 
     Raises
     ------
@@ -74,6 +80,7 @@ class Options:
     sure_position: float = 0.01
     sure_intensity: float = 0.05
     cluster: float = 0.05
+    free: tuple[Free, ...] = ()
 
     def __post_init__(self) -> None:
         if self.noise not in get_args(NoiseGiven):
@@ -89,6 +96,11 @@ class Options:
             raise ValueError(f"Options.false_alarm is {self.false_alarm:g}; expected less than 1")
         for name in ("outlier", "unlikely", *SURE):
             number(f"Options.{name}", getattr(self, name), above=True)
+        if isinstance(self.free, str) or not set(self.free) <= set(get_args(Free)):
+            raise ValueError(
+                f"Options.free is {self.free!r}; expected some of 'albedo', 'ambient' and 'gamma'"
+            )
+        object.__setattr__(self, "free", tuple(dict.fromkeys(self.free)))
 
 
 SURE = ("sure_position", "sure_intensity", "cluster")

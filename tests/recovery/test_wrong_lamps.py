@@ -1,4 +1,4 @@
-"""Lamps that are no isotropic points: never dark, and the point that explains most is told.
+"""Lamps that are no isotropic points: never dark; lamps are told, or the best point is.
 
 The lamps are computed here in NumPy, and so is what any single point would leave of B.
 """
@@ -93,12 +93,19 @@ def single(B: NDArray) -> float:
 @pytest.mark.parametrize("name", WRONG)
 def test_lit_is_not_dark(name, cut, rng):
     """The answer has a light, and is not sure of it; three quarters of B are explained, or two
-    thirds of what the best single point does; darkness explains nothing (the control)."""
+    thirds of what the best single point does; darkness explains nothing (the control). A downlight
+    is told as what it is, where it is; no lamp of that kind has a spotlight's edge."""
     q = seen(*WRONG[name], rng, cut)
     B = q.radiance[:, 0]
     found = localize(q)
-    assert found.reason is Reason.NO_GAIN
-    assert found.verdicts[0].kind is Kind.UNEXPLAINED
+    if name.startswith("downlight"):
+        assert found.reason is Reason.UNDECIDED
+        assert found.verdicts[0].kind is Kind.EMISSION
+        (p,) = found.lights.positions
+        assert np.linalg.norm(p - LAMP) < (0.1 if "noise" in name else 0.001)
+    else:
+        assert found.reason is Reason.NO_GAIN
+        assert found.verdicts[0].kind is Kind.UNEXPLAINED
     enough = max(0.25 * cost(B, 0 * B), 1.5 * single(B))
     assert cost(B, B - (found.residual * found.sigma)[:, 0]) < enough < cost(B, 0 * B)
 

@@ -1,0 +1,175 @@
+"""An answer, asked whether the model that it rests on is wrong, and in which way."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from lightloc.answer import Kind, Localization, Reason
+from lightloc.diagnosis.choice import (
+    Promise,
+    attempts,
+    best_of,
+    first_of_each,
+    grown,
+    hope,
+    is_explained,
+    plain,
+    promises,
+    pruned,
+    spread,
+)
+from lightloc.diagnosis.departure import Evidence
+from lightloc.diagnosis.emission import lamps_found
+from lightloc.diagnosis.free import freed
+from lightloc.diagnosis.hanging import hung
+from lightloc.diagnosis.joint import Joint, fitted
+from lightloc.diagnosis.kinds import MAKERS
+from lightloc.diagnosis.telling import Diagnosis, told
+from lightloc.fit import Criterion, Problem, estimated_level, is_exact
+from lightloc.given import Geometry, Observations, Options, PointLights
+from lightloc.optics import reflected_ambient
+
+SAMPLE = 1024
+"""Observations that departures are asked of; what is told is then fitted to all."""
+
+QUIETER, STILL = 5, 0.9
+"""Times that an estimate of the noise is made again beside a departure, and the factor on it from
+which it stands."""
+
+COARSE = 1e-3
+"""Of B, and a hundredth of it of its mean: the errors of exact data where the model is wrong. By
+their own, any residual is so far off that Cauchy's loss is flat."""
+
+HALF = 0.5
+"""Share that a departure must explain for lights to be claimed as they are beside it."""
+
+ALIKE = 2.0
+"""Standard errors by which a light may move beside a departure, and nothing claimed changes."""
+
+
+def diagnosed(
+    found: Localization,
+    q: Observations,
+    geometry: Geometry | None,
+    bounds: NDArray[np.float64],
+    o: Options,
+    criterion: Criterion,
+    seed: int = 0,
+) -> Localization:
+    """The answer, or what is left of it where the model is wrong in a way that can be named.
+
+    ``q`` are the observations that ``found`` is of, (2, 3) ``bounds`` the region.
+    """
+    right = found.reason in (Reason.CONVERGED, Reason.UNDECIDED)
+    wrong = found.reason in (Reason.NO_GAIN, Reason.MOST_LIGHTS)
+    few = any(v.kind is Kind.TOO_FEW for v in found.verdicts)
+    if few or not (wrong or (right and not found.width.any())):
+        return found
+    exact = is_exact(q) and right
+    if exact and not o.free:
+        return found
+    whole = evidence_of(found, q, geometry, bounds, o, criterion)
+    some = np.random.default_rng(seed).permutation(len(q))[:SAMPLE]
+    evidence = whole if len(q) <= SAMPLE else whole.rows_of(np.sort(some))
+    if o.free:
+        return freed(found, whole, evidence, o)
+    base = plain(evidence, found.lights)
+    explained = is_explained(evidence, base)
+    asked = promises(evidence, found.lights, MAKERS, far=not explained)
+    if explained and not any(hope(evidence, one) < cost_of(evidence, base) for one in asked):
+        return hung(found, whole, o)
+    verdict = weighed(evidence, base, found, asked, explained, o.most_lights)
+    for _ in range(0 if criterion.likelihood.known else QUIETER):
+        noise = 1.0 if verdict is None else estimated_level(verdict.best.residual)
+        if verdict is None or verdict.best.departure is None or noise > STILL:
+            break
+        # what was taken for noise was the departure: lights that it hid may show now
+        whole, evidence = whole.quieter(noise), evidence.quieter(noise)
+        again = plain(evidence, verdict.best.lights)
+        asked = promises(evidence, again.lights, MAKERS)
+        verdict = weighed(evidence, again, found, asked, False, o.most_lights)
+    if verdict is None:
+        return hung(found, whole, o)
+    answer = told(found, whole, verdict, o)
+    return hung(found, whole, o) if right and is_same(found, answer.lights) else answer
+
+
+def is_same(found: Localization, lights: PointLights) -> bool:
+    """Whether lights are those of an answer, to within `ALIKE` of its errors."""
+    if len(lights) != len(found.lights):
+        return False
+    away = np.linalg.norm(found.lights.positions[:, None] - lights.positions, axis=2)
+    pairs = linear_sum_assignment(away)[1]
+    off = np.abs(found.lights.positions - lights.positions[pairs])
+    dimmer = np.abs(found.lights.intensities - lights.intensities[pairs])
+    near = off <= ALIKE * found.position_error, dimmer <= ALIKE * found.intensity_error
+    return bool(near[0].all() and near[1].all())
+
+
+def cost_of(evidence: Evidence, joint: Joint) -> float:
+    """What lights leave and cost."""
+    return joint.cost + len(joint.lights) * evidence.criterion.price(evidence.problem)
+
+
+def weighed(
+    evidence: Evidence,
+    base: Joint,
+    found: Localization,
+    asked: Sequence[Promise],
+    explained: bool,
+    most: int,
+) -> Diagnosis | None:
+    """All departures with all counts of lights; None where nothing is worth its price."""
+    every = list(asked)
+    for count in found.counts:
+        if len(count.lights) < len(found.lights):
+            every += promises(evidence, count.lights, MAKERS)
+    joints = [base, *attempts(evidence, every)]
+    if not any(is_shadows(one) and is_explained(evidence, one) for one in joints):
+        joints += lamps_found(evidence)
+    joints += spread(evidence, best_of(evidence, joints), every)
+    best = grown(evidence, joints, most)
+    if best.departure is not None:
+        best = pruned(evidence, best)
+    alone = base
+    if best.departure is not None:
+        alone = fitted(evidence, best.lights, None, np.zeros(0))
+    excess = max(alone.cost - evidence.problem.rows, 1.0)
+    if not is_explained(evidence, best) and alone.cost - best.cost < HALF * excess:
+        best = base
+    if best.departure is None and explained:
+        return None
+    others = first_of_each(evidence, [best, *joints])
+    shares = [float(np.clip((alone.cost - one.cost) / excess, 0, 1)) for one in others]
+    pairs = tuple(zip(others, shares, strict=True))
+    return Diagnosis(evidence, best, pairs, is_explained(evidence, best))
+
+
+def is_shadows(joint: Joint) -> bool:
+    """Whether it is the geometry that departs: no lamps look like that."""
+    return joint.departure is not None and joint.departure.kind is Kind.GEOMETRY
+
+
+def evidence_of(
+    found: Localization,
+    q: Observations,
+    geometry: Geometry | None,
+    bounds: NDArray[np.float64],
+    o: Options,
+    criterion: Criterion,
+) -> Evidence:
+    """The observations that an answer is of, as they were used."""
+    sigma = found.sigma
+    if is_exact(q):
+        B = np.abs(found.direct)
+        sigma = np.hypot(sigma, COARSE * (B + 0.01 * B.mean()))
+    used = q.with_radiance(found.direct, sigma, interreflected=False)
+    problem = Problem.of(used, sigma, geometry, bounds)
+    if o.ambient:
+        problem = replace(problem, ambient=reflected_ambient(problem.surfels, used.channels))
+    return Evidence(used, problem, criterion)

@@ -1,0 +1,35 @@
+"""Errors where the model does not explain: what is left is alike at neighbours, and adds up.
+
+The observations are taken in patches. How far the pull of one patch on the lights differs from that
+of another says how far the lights may be off (the sandwich estimate of statistics, by clusters).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.cluster.vq import kmeans2
+
+from lightloc.diagnosis.assumed import joined
+from lightloc.diagnosis.departure import Array, Evidence
+from lightloc.diagnosis.joint import Joint, covariance, lost, modelled, whitened
+
+PATCHES = 24
+"""So many patches of observations, at most a tenth of their number."""
+
+
+def doubtful(evidence: Evidence, joint: Joint, noise: float) -> Array:
+    """The covariance of lights and a departure's unknowns, no less than noise alone would have."""
+    own = covariance(evidence, joint)
+    if not np.isfinite(own).all():
+        return noise**2 * own
+    one = modelled(evidence, joint.lights, joint.departure, joint.unknowns)
+    _, weight = lost(evidence, joint.residual)
+    pulls = np.einsum("ncu,nc->nu", whitened(evidence, one), weight * joint.residual)
+    q = evidence.q
+    near = np.concatenate([q.positions, q.normals * q.diagonal / 4], axis=1)
+    count = max(2, min(PATCHES, len(q) // 10))
+    _, patch = kmeans2(near, count, seed=0, minit="++")
+    sums = np.zeros((count, pulls.shape[1]))
+    np.add.at(sums, patch, pulls)
+    step = sums @ own
+    return joined(noise**2 * own, count / (count - 1) * step.T @ step)

@@ -1,0 +1,59 @@
+"""Observations that have something in common: a region, a material, an albedo, or a side."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lightloc.brdf import BRDF, Lambert, Mixed
+from lightloc.given import Observations
+
+Array = NDArray[np.float64]
+
+FEW, SHARE, MOST = 12, 0.01, 12
+"""Observations, and their share, that a group has at least; groups that are asked."""
+
+Group = tuple[str, NDArray[np.bool_]]
+"""What it is, as a user reads it, and which of the n observations are of it."""
+
+
+def groups_of(q: Observations) -> list[Group]:
+    """Observations that have an albedo of their own: named groups, the largest first.
+
+    By region, by material, by albedo, or else by how they face; none where they are all alike.
+    """
+    ways: list[tuple[NDArray[Any] | None, Callable[[Any], str]]] = [
+        (q.regions, lambda r: f"'{q.region_names[r]}'"),
+        (q.material.index if isinstance(q.material, Mixed) else None, lambda m: f"material {m}"),
+        (levels(q.material), lambda a: f"what has albedo {a:.3g}"),
+        (facing(q.normals), lambda s: f"what faces {SIDES[s]}"),
+    ]
+    for labels, words in ways:
+        if labels is None:
+            continue
+        which, count = np.unique(labels, return_counts=True)
+        order = np.argsort(-count, kind="stable")[:MOST]
+        kept = [i for i in order if count[i] >= max(FEW, SHARE * len(q))]
+        if len(kept) > 1:
+            return [(words(which[i]), labels == which[i]) for i in kept]
+    return []
+
+
+SIDES = ("-x", "+x", "-y", "+y", "-z", "+z")
+
+
+def levels(material: BRDF) -> Array | None:
+    """(n,) the albedo of each diffuse point; None where there are none or too many."""
+    if not isinstance(material, Lambert) or len(material.albedo) == 1:
+        return None
+    value = material.albedo.mean(axis=1)
+    return value if len(np.unique(value.round(6))) <= MOST else None
+
+
+def facing(normals: Array) -> NDArray[np.intp]:
+    """(n,) the side, of six, that each faces most."""
+    axis = np.abs(normals).argmax(axis=1)
+    return 2 * axis + (normals[np.arange(len(axis)), axis] > 0)

@@ -1,0 +1,23 @@
+"""What departures there are, kind by kind."""
+
+from __future__ import annotations
+
+from lightloc.diagnosis.departure import Maker
+from lightloc.diagnosis.emission import emission
+from lightloc.diagnosis.encoding import encodings
+from lightloc.diagnosis.geometry import shadows
+from lightloc.diagnosis.indirect import indirect
+from lightloc.diagnosis.material import materials
+from lightloc.diagnosis.normals import normals
+from lightloc.diagnosis.outside import outside
+
+MAKERS: tuple[Maker, ...] = (
+    materials,
+    encodings,
+    indirect,
+    outside,
+    normals,
+    emission,
+    shadows,
+)
+"""Each gives the departures of its kind that are worth a question beside lights."""

@@ -1,0 +1,184 @@
+"""What a diagnosis came to, as an answer: lights, errors, verdicts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lightloc.answer import (
+    MARGIN,
+    Departed,
+    Kind,
+    Localization,
+    Reason,
+    Step,
+    Verdict,
+    judged,
+    unexplained,
+)
+from lightloc.diagnosis.choice import is_explained, plain
+from lightloc.diagnosis.departure import Evidence, Maker
+from lightloc.diagnosis.doubt import doubtful
+from lightloc.diagnosis.joint import Joint, covariance, fitted, lost
+from lightloc.diagnosis.kinds import MAKERS
+from lightloc.diagnosis.noise import WHITE, alike
+from lightloc.fields import intensity_distance
+from lightloc.fit import Bound, Fit, inseparable, level_of, resolution
+from lightloc.given import Options, PointLights
+
+PART = 0.2
+"""Share of what lights leave beyond noise that a kind must explain to be named beside the first."""
+
+SPREAD = 1.17
+"""Standard error of a standard deviation that is estimated by the median, times sqrt(n) over it."""
+
+LOUDER = 1.5
+"""Chi-square per residual that is noise still where the errors are larger than was said: they need
+not all be so by one factor."""
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """What a diagnosis came to.
+
+    Parameters
+    ----------
+    evidence
+        What it was asked of.
+    best
+        The fit that explains for the least; without a departure where none is worth its price.
+    others
+        The best fit with a departure of each kind, the best first, and the share that it explains.
+    explained
+        Whether the best leaves no more than noise.
+    """
+
+    evidence: Evidence
+    best: Joint
+    others: tuple[tuple[Joint, float], ...]
+    explained: bool
+
+
+def told(found: Localization, whole: Evidence, diagnosis: Diagnosis, o: Options) -> Localization:
+    """The answer with what a diagnosis came to."""
+    best, answer, explained = diagnosis.best, found, diagnosis.explained
+    rest = [v for v in found.verdicts if v.kind is not Kind.UNEXPLAINED]
+    if best.departure is None:
+        here = plain(whole, found.lights)
+        if is_louder(whole, here):
+            return louder(found, whole, here, o)
+    else:
+        best = on_all(whole, best)
+        explained = explained and is_explained(whole, best)
+        answer, rest = moved(found, whole, best, o), [v for v in rest if v.kind is Kind.HIDDEN]
+    kept = [v for v in found.verdicts if v.kind is Kind.UNEXPLAINED and not explained]
+    if not (explained or kept):
+        fit = Fit(best.lights, best.residual, best.cost, whole.problem)
+        kept = [unexplained(fit, whole.problem, tried=len(found.counts))]
+    left = Reason.NO_GAIN if best.departure else found.reason
+    named = []
+    for one, share in diagnosis.others:
+        if one is diagnosis.best:
+            named.append(said(whole, best, share, sure=explained))
+        elif share > PART:
+            named.append(said(diagnosis.evidence, one, share, sure=False))
+    answer = replace(
+        answer,
+        verdicts=(*kept, *(verdict for verdict, _ in named), *rest),
+        departures=tuple(departed for _, departed in named),
+        reason=Reason.UNDECIDED if explained else left,
+    )
+    return judged(answer, whole.problem, o)
+
+
+def said(evidence: Evidence, joint: Joint, share: float, sure: bool) -> tuple[Verdict, Departed]:
+    """A departure as a user reads it, and as values."""
+    departure = joint.departure
+    assert departure is not None
+    spread, noise = covariance(evidence, joint), max(1.0, level_of(joint.residual))
+    own = np.diag(spread)[len(spread) - len(joint.unknowns) :]
+    errors = noise * np.sqrt(np.maximum(own, 0))
+    first = "The model as given does not explain the data" if sure else "What is left is most like"
+    sentence = (
+        f"{first}: {departure.said(joint.unknowns, errors)}. With {len(joint.lights)} light(s) "
+        f"that explains {100 * share:.0f} % of what they leave beyond noise; try {departure.trial}."
+    )
+    told = Departed(departure.kind, departure.name, joint.unknowns, errors, share, sentence)
+    return Verdict(departure.kind, (), sentence), told
+
+
+def on_all(whole: Evidence, joint: Joint, makers: Sequence[Maker] = MAKERS) -> Joint:
+    """A fit to a sample, fitted to all observations, the brightest light first."""
+    assert joint.departure is not None
+    order = np.argsort(-joint.lights.intensities.sum(axis=1), kind="stable")
+    lights = PointLights(joint.lights.positions[order], joint.lights.intensities[order])
+    lit, name = whole.lit(lights), joint.departure.name
+    same = [one for maker in makers for one in maker(lit) if one.name == name]
+    if not same:
+        return plain(whole, lights)
+    u, starts = joint.departure.kept(joint.unknowns, order), same[0].starts(lit)
+    return fitted(whole, lights, same[0], u if len(u) == starts.shape[1] else starts[0])
+
+
+def moved(found: Localization, whole: Evidence, joint: Joint, o: Options) -> Localization:
+    """The answer with the lights of a fit, and errors that know of its departure."""
+    lights, problem = joint.lights, whole.problem
+    k, c = lights.intensities.shape
+    m, noise = k * (len(problem.axes) + c), max(1.0, level_of(joint.residual))
+    if is_explained(whole, joint):
+        spread = noise**2 * covariance(whole, joint)[:m, :m]
+    else:
+        spread = doubtful(whole, joint, noise)[:m, :m]
+    errors = Bound.of(spread, problem.axes, k, c)
+    top, _ = intensity_distance(whole.q, lights.positions, problem.geometry, MARGIN)
+    chi2 = joint.cost / problem.rows
+    return replace(
+        found,
+        lights=lights,
+        position_error=errors.position,
+        intensity_error=errors.intensity,
+        covariance=spread,
+        bound=top,
+        residual=joint.residual,
+        sigma=problem.sigma,
+        inseparable=inseparable(lights, errors.position),
+        resolution=resolution(problem, lights),
+        width=np.zeros(k),
+        certificate=np.nan,
+        chi2=chi2,
+        history=(*found.history, Step("fit with what may be wrong", k, chi2)),
+        noise=replace(found.noise, outliers=np.abs(joint.residual) > o.outlier),
+    )
+
+
+def is_louder(whole: Evidence, here: Joint) -> bool:
+    """Whether what is left is noise but for its size: and alike at no neighbours."""
+    noise = level_of(here.residual)
+    scaled = here.residual / max(1.0, noise)
+    cost = lost(whole, scaled)[0]
+    quiet = cost < LOUDER * whole.problem.rows
+    return quiet and noise > 1 and alike(whole, here.residual) < WHITE
+
+
+def louder(found: Localization, whole: Evidence, here: Joint, o: Options) -> Localization:
+    """The answer with errors as large as what is left, which is alike at no neighbours."""
+    noise = level_of(here.residual)
+    error = SPREAD * noise / np.sqrt(whole.problem.rows)
+    sentence = (
+        f"What the lights leave looks like noise, but {noise:.3g} ± {error:.1g} times as large as "
+        f'the standard errors say; try Options(noise="estimate").'
+    )
+    answer = replace(
+        found,
+        position_error=found.position_error * noise,
+        intensity_error=found.intensity_error * noise,
+        covariance=found.covariance * noise**2,
+        reason=Reason.UNDECIDED,
+        verdicts=(
+            Verdict(Kind.NOISE, (), sentence),
+            *(v for v in found.verdicts if v.kind is not Kind.UNEXPLAINED),
+        ),
+    )
+    return judged(answer, whole.problem, o)
