@@ -129,7 +129,7 @@ def gloss(words: str, on: NDArray[np.bool_]) -> Departure:
         )
 
     starts = [[0.0, alpha, 0.0, 1.0][some] for alpha in ALPHAS]
-    starts += [[1.0, alpha, 1.0, 1.0][some] for alpha in ALPHAS]
+    starts.append([1.0, ALPHAS[1], 1.0, 1.0][some])
     low, high = [0.0, GLOSSY[0], 0.0, FACTORS[0]], [BRIGHT, GLOSSY[1], LOST, FACTORS[1]]
     return Departure(
         Kind.MATERIAL,

@@ -89,12 +89,12 @@ def other_albedo():
 
 def plastic():
     q = room(Plastic(alpha=0.3, diffuse=albedos()))
-    return noisy(believed(), radiance(q, TWO)), TWO
+    return noisy(believed(), radiance(q, LIGHT)), LIGHT
 
 
 def rougher():
     true, q = (room(Plastic(alpha=a, diffuse=albedos())) for a in (0.3, 0.36))
-    return noisy(q, radiance(true, TWO)), TWO
+    return noisy(q, radiance(true, LIGHT)), LIGHT
 
 
 def gamma():
@@ -104,8 +104,8 @@ def gamma():
 
 def ambient():
     q = believed()
-    B = radiance(q, TWO)
-    return noisy(q, B + 0.1 * B.mean() * albedos()[:, None]), TWO
+    B = radiance(q, LIGHT)
+    return noisy(q, B + 0.1 * B.mean() * albedos()[:, None]), LIGHT
 
 
 def window():
@@ -128,11 +128,11 @@ def tilted():
         regions=q.regions,
         region_names=q.region_names,
     )
-    return noisy(wrong, radiance(q, TWO)), TWO
+    return noisy(wrong, radiance(q, LIGHT)), LIGHT
 
 
 def too_loud():
-    return noisy(believed(), radiance(believed(), TWO), louder=2.0), TWO
+    return noisy(believed(), radiance(believed(), LIGHT), louder=2.0), LIGHT
 
 
 FAULTS = {
@@ -146,6 +146,8 @@ FAULTS = {
     too_loud: Kind.NOISE,
 }
 
+LONG = (rougher, ambient)
+
 
 def off(found: Localization, lights: PointLights) -> float:
     """The farthest that a light is from its own, in its stated errors; there are as many."""
@@ -157,7 +159,11 @@ def off(found: Localization, lights: PointLights) -> float:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.__name__)
+@pytest.mark.parametrize(
+    "fault",
+    [pytest.param(f, marks=[pytest.mark.long] * (f in LONG)) for f in FAULTS],
+    ids=lambda fault: fault.__name__,
+)
 def test_a_fault_is_named_first_and_the_lights_are_those_that_are_there(fault):
     q, lights = fault()
     found = localize(q)
@@ -188,6 +194,7 @@ def gain(q: Observations, lights: PointLights) -> float:
     return base - min(hope(evidence, one) for one in promises(evidence, there, MAKERS, far=False))
 
 
+@pytest.mark.slow
 def test_noise_gains_no_departure_and_an_albedo_of_three_percent_does():
     """Thirty nulls; each price is the 1e-6 quantile of what noise gains."""
     q = believed()
@@ -205,6 +212,7 @@ def departures(q: Observations) -> list[Departure]:
     return [one for maker in MAKERS for one in maker(lit)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", [right, rougher], ids=lambda make: make.__name__)
 def test_each_departure_has_the_derivatives_of_its_model(make):
     """By its own unknowns; differences are good to float32's rounding over the step."""
