@@ -168,7 +168,7 @@ def louder(found: Localization, whole: Evidence, here: Joint, o: Options) -> Loc
     error = SPREAD * noise / np.sqrt(whole.problem.rows)
     sentence = (
         f"What the lights leave looks like noise, but {noise:.3g} ± {error:.1g} times as large as "
-        f'the standard errors say; try Options(noise="estimate").'
+        f'the standard errors say; try Options(noise="scaled").'
     )
     answer = replace(
         found,

@@ -311,6 +311,14 @@ def test_one_name_runs_them_all_and_each_once(tmp_path, monkeypatch):
     assert ran == list(GROUPS["gauntlet"])
 
 
+def test_where_there_are_no_rooms_of_others_nothing_is_run(tmp_path, monkeypatch, capsys):
+    monkeypatch.delenv("LIGHTLOC_ROOMS", raising=False)
+    with pytest.raises(typer.Exit) as ended:
+        command.study_command(["views"], tmp_path, None, [], 0, None)
+    assert ended.value.exit_code == 0 and "LIGHTLOC_ROOMS" in capsys.readouterr().out
+    assert not list(tmp_path.iterdir())
+
+
 @pytest.mark.slow
 def test_a_scene_of_each_goes_from_end_to_end():
     right = fault("right-000")

@@ -108,8 +108,12 @@ def test_one_percent_is_of_the_root_of_b_times_its_mean():
     assert abs(np.std(z) - 1) < SURE / math.sqrt(2 * z.size)
 
 
-def test_every_study_is_named_and_its_scenes_are_known():
+def test_every_study_is_named_and_its_scenes_are_known(tmp_path, monkeypatch):
     """A name finds its study; its rows have labels; scenes of one row lead those of more."""
+    np.savez(
+        tmp_path / "hall.npz", light_intensities=np.ones(4)
+    )  # views has scenes where rooms are
+    monkeypatch.setenv("LIGHTLOC_ROOMS", str(tmp_path))
     for name in NAMES:
         study = find(name)
         names = study.names(2)

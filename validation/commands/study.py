@@ -82,6 +82,9 @@ def _study(
 
     per_row = scenes or study.per_row
     names = study.names(per_row)
+    if not names:
+        print(f"{study.name}: there is nothing to run here. {study.question}")
+        return 0
     run(study, names)
     found = read(out, study.one)
     ended = [found[name] for name in names if name in found]

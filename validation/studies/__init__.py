@@ -17,7 +17,8 @@ NAMES = (
     "null",
     "power",
     "counts",
+    "views",
 )
 
-GROUPS = {"gauntlet": ("crossed", "faults", "null", "power", "counts")}
+GROUPS = {"gauntlet": ("crossed", "faults", "views", "null", "power", "counts")}
 """Studies that are asked for together, by one name."""
