@@ -105,7 +105,7 @@ def localization(
         certificate=certificate,
         ambient=ambient,
         verdicts=verdicts,
-        chi2=fit.cost / problem.rows,
+        chi2=chi_square(problem, fit, o),
         reason=reason,
         history=tuple(history),
         noise=noise_of(q, problem, fit, o),
@@ -126,6 +126,15 @@ def noise_of(q: Observations, problem: Problem, fit: Fit, o: Options) -> Noise:
         error = SPREAD * scale / np.sqrt(problem.rows)
         return Noise(NoiseLaw.SCALED, scale, error, core < RATHER, share, *unknown)
     return lawful(fit.law, fit.residual)
+
+
+def chi_square(problem: Problem, fit: Fit, o: Options) -> float:
+    """Robust, per residual; where errors follow a law, of those that are no outliers by it."""
+    if o.noise != "estimate":
+        return fit.cost / problem.rows
+    _, core = outside(fit.residual)
+    z = fit.residual[(core > RATHER) & problem.radiance.any(axis=0)]
+    return float(np.square(z).mean()) if z.size else np.nan
 
 
 def lawful(law: Law, residual: NDArray[np.float64]) -> Noise:

@@ -121,7 +121,8 @@ class Localization:
     verdicts : tuple of Verdict
         What the data can't decide.
     chi2 : float
-        Robust chi-square per residual, over all of them; about 1 where the model is right.
+        Robust chi-square per residual; about 1 where the model is right. Where the noise was
+        estimated as a law, of the residuals that are no outliers by it.
     reason : Reason
         Why the search stopped.
     history : tuple of Step
