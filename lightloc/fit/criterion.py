@@ -238,6 +238,13 @@ class Criterion:
         most = self.likelihood.typical + self.unlikely * np.sqrt(2 / problem.rows)
         return bool(self.squares(fit) < most * problem.rows)
 
+    def trusted(self, problem: Problem, fit: Fit) -> Problem:
+        """The observations that are no outliers, where errors follow a law; else all of them."""
+        if not self.likelihood.lawful:
+            return problem
+        _, core = outside(fit.residual)
+        return problem.rows_of(np.flatnonzero((core > RATHER).all(axis=1)))
+
     def squares(self, fit: Fit) -> float:
         """Robust chi-square; where errors follow a law, without the outliers."""
         if not self.likelihood.lawful:

@@ -11,6 +11,7 @@ from lightloc.fit import (
     Fit,
     Problem,
     estimated_level,
+    fit_of,
     intensities,
     is_noise,
     law_of,
@@ -54,7 +55,10 @@ def settled(whole: Problem, ladder: Ladder) -> tuple[Fit, Problem]:
     if lawful:
         for _ in range(REWEIGHTED):
             whole = replace(whole, sigma=fit.lawful)
-            fit = sharpened(whole, Descents.at(fit.lights), criterion)
+            fit = fit_of(whole, fit.lights, criterion.likelihood.scale)
+            some = criterion.trusted(whole, fit)
+            there = sharpened(some, Descents.at(fit.lights), criterion)
+            fit = fit_of(whole, there.lights, criterion.likelihood.scale)
         return fit, whole
     if criterion.likelihood.known:
         for _ in range(REWEIGHTED):
