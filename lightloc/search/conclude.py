@@ -38,7 +38,8 @@ def concluded(
     if wide is None:
         fit = replace(fit, lights=fit.lights.brightest_first())
         width = np.zeros(len(fit))
-        wide = Extended(fit, width, errors_at(criterion.trusted(problem, fit), fit.lights), fit.lights)
+        errors = errors_at(criterion.trusted(problem, fit), fit.lights)
+        wide = Extended(fit, width, errors, fit.lights)
     fit, lights = wide.fit, wide.fit.lights
     level = max(1.0, level_of(fit.residual)) if len(lights) else 1.0
     verdicts = [
