@@ -230,9 +230,9 @@ class Localization:
         dict
             ``format``, ``unit``, ``intensity_unit``, ``lights`` (a dict each; `PointLights.load`
             reads them from a file), ``reason``, ``verdicts``, ``chi2``, ``certificate``,
-            ``ambient``, ``noise``, ``limits``, ``outlying``, ``counts``, ``relative``,
-            ``assumed``, ``way``, ``why`` and ``departures``. Members of enumerations go by their
-            names. None stands for a number that is infinite or NaN.
+            ``ambient``, ``noise``, ``limits``, ``outlying``, ``counts``, ``possible``,
+            ``relative``, ``assumed``, ``way``, ``why`` and ``departures``. Members of enumerations
+            go by their names. None stands for a number that is infinite or NaN.
 
         Examples
         --------
@@ -246,7 +246,7 @@ class Localization:
         >>> answer["reason"], len(answer["lights"]), answer["unit"]
         ('CONVERGED', 1, 'm')
         """
-        return plain(vars(self))
+        return plain(vars(self)) | {"possible": list(self.possible)}
 
     def save(self, path: str | Path) -> None:
         """Write one ``.npz``, whole or not at all.

@@ -164,7 +164,12 @@ def directions(axes: NDArray[np.intp]) -> NDArray[np.float64]:
 def one_more(
     problem: Problem, fit: LampFit, grid: Atoms, scale: float, enough: float
 ) -> LampFit | None:
-    """The best with one lamp more, refined; the first that leaves no more than ``enough``."""
+    """The best with one lamp more, refined; the first that leaves no more than ``enough``.
+
+    None where no lamp gains anything, or none would reach any observation.
+    """
+    if not len(grid.positions):
+        return None
     B = np.maximum(problem.radiance, 0).mean(axis=1)
     sigma = ROUGH[0] * (B + ROUGH[1] * B.mean())
     left = (fit.residual * problem.sigma).mean(axis=1)

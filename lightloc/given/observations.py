@@ -76,7 +76,7 @@ class Observations:
         The unit of length, a word for prints and files: no result depends on it.
     relative_sigma : bool
         Whether ``sigma`` is right but for one factor, which `localize` then estimates, as with
-        ``Options(noise="estimate")``.
+        ``Options(noise="scaled")``.
     intensity_unit : str
         The unit of intensities, a word too: "cd" where ``radiance`` is luminance or illuminance.
         Where empty, it is that of ``radiance`` times the square of ``unit``.

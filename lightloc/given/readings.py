@@ -74,6 +74,9 @@ def read_readings(
     material: BRDF | None = None,
     interreflected: bool = False,
     unit: str | None = None,
+    floor: float | None = None,
+    saturated: float | None = None,
+    step: float = 0.0,
 ) -> Observations:
     """Read what an instrument measured from a table: CSV, with a header that names the columns.
 
@@ -109,6 +112,11 @@ def read_readings(
         from what a light meter reads with ``indirect`` alone.
     unit : str, optional
         The unit of length where the header has none: "m", "cm", "mm" or another.
+    floor, saturated : float, optional
+        What the instrument can't tell, in the unit of the readings: what is not above the one, and
+        what is at least the other, `localize` leaves out.
+    step : float
+        Spacing of the readings, in their unit; 0 where they have none.
 
     Returns
     -------
@@ -123,8 +131,8 @@ def read_readings(
     ValueError
         In one sentence with the file, and the line and the column where there are any: if a column
         is missing, stands twice or has an unknown unit, a cell is no finite number, a normal has
-        length zero, an error is negative, a row has another number of cells than the header, or
-        the file is no table.
+        length zero, an error is negative, a row has another number of cells than the header, the
+        file is no table, or ``floor`` or ``step`` is negative.
 
     Examples
     --------
@@ -167,6 +175,9 @@ def read_readings(
             sigma=_sigma(table, columns, quantity, values, B, scale),
             material=surface,
             interreflected=interreflected,
+            saturated=None if saturated is None else (saturated <= B).any(axis=1),
+            floor=None if floor is None else floor * scale,
+            step=step * scale,
             unit=length,
             intensity_unit=quantity.unknown if length == UNKNOWN else quantity.intensity,
         )

@@ -443,6 +443,8 @@ def test_round_trip(tmp_path):
         assert done.returncode == code, (arguments, done.stdout, done.stderr)
         assert said in done.stdout
         assert not done.stderr
+        sure = "No other number of lights is possible (95 %)." in done.stdout
+        assert sure is (arguments[0] == "localize")
     files = sorted(str(file.relative_to(tmp_path)) for file in contents(tmp_path))
     assert files == ["found.json", "new", "new/seen.npz"]
 
@@ -477,7 +479,17 @@ def test_the_answer_is_written_with_its_errors(tmp_path):
         (("--indirect", "-1"), ("--indirect -1", "expected a number from 2", "gathered")),
         (("--indirect", "often"), ("--indirect often", "expected a number from 2", "gathered")),
         (("--method", "paper", "--indirect", "64", "--scene", "box_one"), ("--method paper",)),
-        (("--noise", "maybe"), ("--noise", "maybe", "estimate")),
+        (("--noise", "maybe"), ("--noise", "maybe", "scaled", "estimate")),
+        (("--method", "paper", "--noise", "scaled"), ("--method paper", "--noise scaled")),
+        (("--method", "paper", "--free", "gamma"), ("--method paper", "--free")),
+        (("--method", "paper", "--false-alarm", "0.01"), ("--method paper", "--false-alarm")),
+        (("--free", "albedo,roughness"), ("--free albedo,roughness", "albedo, ambient, gamma")),
+        (("--free", ""), ("--free", "expected some of")),
+        (("--false-alarm", "0"), ("--false-alarm is 0", "above 0")),
+        (("--false-alarm", "1"), ("--false-alarm is 1", "less than 1")),
+        (("--floor", "-1"), ("--floor is -1", "at least 0")),
+        (("--saturated", "0"), ("--saturated is 0", "above 0")),
+        (("--step", "nan"), ("--step is nan", "at least 0")),
     ],
 )
 def test_options_that_do_not_go_together_are_refused(options, said, arrays, tmp_path):
@@ -485,8 +497,11 @@ def test_options_that_do_not_go_together_are_refused(options, said, arrays, tmp_
     assert_refused(tmp_path, ("localize", "seen.npz", *options), *said)
 
 
-def test_readings_from_the_command_line(tmp_path):
-    """A CSV file gives lights in cd, and what was read is said; options of pictures are refused."""
+METER = "x (cm),y (cm),z (cm),nx,ny,nz,lux"
+
+
+def desk() -> tuple[np.ndarray, np.ndarray]:
+    """(200, 3) points on a desk, m, and what a meter reads there, lux."""
     x = np.random.default_rng(2).uniform(-2, 2, (200, 3)) * [1, 1, 0]
     meter = lightloc.Observations(
         positions=x,
@@ -494,9 +509,52 @@ def test_readings_from_the_command_line(tmp_path):
         radiance=np.zeros(200),
         material=lightloc.Irradiance(),
     )
-    lux = lightloc.radiance(meter, PointLights([[0.3, 0.2, 1.5]], [50.0]))[:, 0]
+    return x, lightloc.radiance(meter, PointLights([[0.3, 0.2, 1.5]], [50.0]))[:, 0]
+
+
+def test_what_noise_is_and_what_a_meter_tells_from_the_command_line(tmp_path):
+    """Noise by a factor or by a law, and a meter with a floor, a maximum and steps that are named.
+
+    The answer says how large noise is and what was left out; the file, which counts are possible.
+    """
+    x, lux = desk()
+    read = np.round(lux * np.random.default_rng(3).normal(1, 0.02, 200) / 0.05) * 0.05
+    both = zip(x, read, 0.01 * lux, strict=True)
+    rows = [f"{100 * a},{100 * b},0,0,0,1,{E:.2f},{error}" for (a, b, _), E, error in both]
+    (tmp_path / "r.csv").write_text("\n".join([f"{METER},error", *rows]))
+    low, high = np.quantile(read, [0.2, 0.9]) + 0.02  # between two steps
+    left = int((read <= low).sum()), int((read >= high).sum())
+    limits = ("--floor", low, "--saturated", high, "--step", 0.05)
+    for options, law, said in (
+        (("--noise", "scaled", "--false-alarm", 0.01), "SCALED", "Noise, estimated: "),
+        (("--noise", "estimate", *limits), "ESTIMATED", "{1} clipped, {0} at the".format(*left)),
+    ):
+        done = within("localize", "r.csv", *options, "-o", "found.json", cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+        assert said in done.stdout, done.stdout
+        found = json.loads((tmp_path / "found.json").read_text())
+        assert found["noise"]["law"] == law and found["possible"] == [1]
+        np.testing.assert_allclose(found["lights"][0]["intensity"], [50], rtol=0.03)
+    assert (found["limits"]["clipped"], found["limits"]["floored"]) == left[::-1]
+    assert found["limits"]["step"] == pytest.approx(0.05 / 100**2)  # lux by the square of a cm
+
+
+def test_what_is_free_from_the_command_line(arrays, tmp_path):
+    """What is set free is told with its errors."""
+    np.savez(tmp_path / "s.npz", **{**arrays, "sigma": np.full_like(arrays["sigma"], 1e-3)})
+    done = within("localize", "s.npz", "--free", "ambient,gamma", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "Fitted too: the power of radiance that values are: " in done.stdout
+    told = json.loads((tmp_path / "lights.json").read_text())["departures"]
+    assert [one["kind"] for one in told] == ["INDIRECT", "ENCODING"]
+    assert_refused(tmp_path, ("localize", "s.npz", "--free", "albedo"), "no two regions")
+
+
+def test_readings_from_the_command_line(tmp_path):
+    """A CSV file gives lights in cd, and what was read is said; options of pictures are refused."""
+    x, lux = desk()
     rows = [f"{100 * a},{100 * b},0,0,0,1,{E},1" for (a, b, _), E in zip(x, lux, strict=True)]
-    header = "x (cm),y (cm),z (cm),nx,ny,nz,lux,error [%]"
+    header = f"{METER},error [%]"
     (tmp_path / "r.csv").write_text("\n".join([header, *rows]))
     done = lightloc_command("localize", "r.csv", "-o", "found.json", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
@@ -536,6 +594,7 @@ def test_pictures_from_the_command_line(tmp_path):
     for options, *said in (
         ((), "a.exr: does not say what its pixels show", "lightloc render --view"),
         (("--scene", "box_one", "--camera", "1,2,3"), "--camera: does not belong to a.exr"),
+        (("--scene", "box_one", "--floor", "0.1"), "--floor: does not belong to a.exr"),
     ):
         assert_refused(tmp_path, ("localize", "a.exr", *options), *said)
     (tmp_path / "a.png").write_bytes(b"")

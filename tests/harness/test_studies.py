@@ -138,7 +138,9 @@ def test_a_change_of_the_search_is_made_and_unmade():
 
 
 def test_an_ablation_loses_what_the_search_has(monkeypatch):
-    """Negative control: without a climb nothing is found."""
+    """Negative control: without a climb nothing is found, unless a diagnosis searches for lamps."""
+    search = importlib.import_module("lightloc.localize")
+    monkeypatch.setattr(search, "diagnosed", lambda found, *rest: found)
     monkeypatch.setitem(
         ablated.CHANGES, "nothing", ablated.Change("", ("localize", "climbed"), ablated.off)
     )

@@ -58,6 +58,13 @@ def test_wild_values_here_and_there_do_not_matter_very_many_do(share, explained,
     assert CRITERION.is_explained(problem, fit(z)) is explained
 
 
+@pytest.mark.parametrize(("share", "likely"), [(0.9 * FEW, True), (1.5 * FEW, False)])
+def test_few_wild_values_let_a_search_end(share, likely, problem, fit):
+    z = noise()
+    z[: round(share * N)] = WILD
+    assert CRITERION.is_likely(problem, fit(z)) is likely
+
+
 @pytest.mark.parametrize(("share", "explained"), [(0.5 * FEW, True), (2.5 * FEW, False)])
 def test_wild_values_side_by_side_must_be_few(share, explained, problem, fit):
     z = noise()

@@ -2,37 +2,24 @@
 
 from __future__ import annotations
 
-import math
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from validation.commands.asked import Method, Noise, asked, box, paths, point
 from validation.commands.observed import Given
 from validation.commands.outputs import FIND, SEED, SET, UNIT, parameters, say, writable
 from validation.jobs import ready, write_json
 
 if TYPE_CHECKING:
-    from lightloc import Options, Paper
-
-
-MOST_PATHS = 65_536
-
-
-class Method(StrEnum):
-    search = "search"
-    paper = "paper"
+    from lightloc import Localization
 
 
 class Transport(StrEnum):
     direct = "direct"
     full = "full"
-
-
-class Noise(StrEnum):
-    given = "given"
-    estimate = "estimate"
 
 
 def localize_command(
@@ -70,9 +57,45 @@ def localize_command(
         ),
     ] = None,
     ambient: Annotated[bool, typer.Option(help="Fit a constant ambient term too.")] = False,
+    free: Annotated[
+        str | None,
+        typer.Option(
+            metavar="WHAT",
+            help="What is fitted together with the lights, and told with its errors: albedo, "
+            "ambient, gamma, or several of them, with commas between.",
+        ),
+    ] = None,
     noise: Annotated[
-        Noise, typer.Option(help="Take sigma as given, or estimate it from what is left.")
+        Noise,
+        typer.Option(
+            help="Take sigma as given; as right but for a factor; or not at all, and estimate how "
+            "large noise is at which B."
+        ),
     ] = Noise.given,
+    false_alarm: Annotated[
+        float | None,
+        typer.Option(
+            help="Probability, in the whole search, that a light is claimed which is not there. "
+            "By default 0.001."
+        ),
+    ] = None,
+    floor: Annotated[
+        float | None,
+        typer.Option(
+            help="Of readings or observations: what is not above it is left out; 0 where values of "
+            "0 are what they say."
+        ),
+    ] = None,
+    saturated: Annotated[
+        float | None,
+        typer.Option(
+            help="Of readings or observations: what is at least that was clipped, and is left out."
+        ),
+    ] = None,
+    step: Annotated[
+        float | None,
+        typer.Option(help="Of readings or observations: the spacing of the values, an error too."),
+    ] = None,
     sensor: Annotated[
         int | None, typer.Option(min=0, help="Of a picture: which of the scene's cameras took it.")
     ] = None,
@@ -107,12 +130,20 @@ def localize_command(
         None if transport is None else transport.value,
         albedo,
         unit,
+        floor,
+        saturated,
+        step,
     )
     way = paths(indirect)
     if isinstance(way, int) and not scene:
         raise ValueError("--indirect: needs --scene, the room that is rendered")
-    if method is Method.paper and (isinstance(way, int) or ambient or noise is Noise.estimate):
-        raise ValueError("--method paper: has no --indirect PATHS, --ambient or --noise estimate")
+    if method is Method.paper and (isinstance(way, int) or ambient or noise is not Noise.given):
+        raise ValueError(
+            "--method paper: has no --indirect PATHS, --ambient, --noise scaled or --noise estimate"
+        )
+    if method is Method.paper and (free is not None or false_alarm is not None):
+        raise ValueError("--method paper: has no --free and no --false-alarm")
+    options = asked(method, ambient, noise, free, false_alarm)
     region = box(bounds)
     from validation.commands.progress import Bar
 
@@ -128,7 +159,7 @@ def localize_command(
             room.geometry if room else None,
             method=method.value,
             bounds=region,
-            options=_options(method, ambient, noise),
+            options=options,
             indirect=way,
             seed=seed,
             watch=lambda step: bar.say(f"{step.lights} lights, chi-square {step.chi2:.3g}"),
@@ -140,70 +171,14 @@ def localize_command(
         if Assumption.KNOWN_LIGHT in found.assumed:
             count = len(room.known.emitters())
             lines.append(f"known light: {count} emitter(s), rendered and subtracted")
-    say("\n".join([*lines, str(found)]), out)
+    say("\n".join([*lines, str(found), *counted(found)]), out)
 
 
-def paths(text: str | None) -> int | Literal["gathered"] | None:
-    """What ``--indirect`` asks for.
+def counted(found: Localization) -> list[str]:
+    """That no other number of lights is possible; where one is, a verdict says so."""
+    from lightloc import Kind, Reason
 
-    Examples
-    --------
-    >>> paths("256"), paths("gathered"), paths(None)
-    (256, 'gathered', None)
-    """
-    if text is None:
-        return None
-    if text == "gathered":
-        return "gathered"
-    if not (text.isdecimal() and text.isascii() and len(text) < 6 and 2 <= int(text) <= MOST_PATHS):
-        raise ValueError(
-            f"--indirect {text}: expected a number from 2 to {MOST_PATHS}, or gathered"
-        )
-    return int(text)
-
-
-def point(text: str) -> list[float]:
-    """The position of ``--camera``.
-
-    Examples
-    --------
-    >>> point("0.3,0.3,1.7")
-    [0.3, 0.3, 1.7]
-    """
-    return _numbers("--camera", text, "X,Y,Z")
-
-
-def _numbers(option: str, text: str, expected: str) -> list[float]:
-    """As many numbers as there are words in what is expected."""
-    words = text.split(",")
-    try:
-        values = [float(word) for word in words]
-    except ValueError:
-        values = []
-    count = len(expected.split(","))
-    if len(values) != count or not all(map(math.isfinite, values)):
-        raise ValueError(f"{option} {text}: expected {SPELLED[count]} numbers, {expected}")
-    return values
-
-
-SPELLED = {3: "three", 6: "six"}
-
-
-def box(text: str | None) -> list[list[float]] | None:
-    """The two corners of ``--bounds``.
-
-    Examples
-    --------
-    >>> box("-2,-2,0,2,2,3")
-    [[-2.0, -2.0, 0.0], [2.0, 2.0, 3.0]]
-    """
-    if text is None:
-        return None
-    corners = _numbers("--bounds", text, "X0,Y0,Z0,X1,Y1,Z1")
-    return [corners[:3], corners[3:]]
-
-
-def _options(method: Method, ambient: bool, noise: Noise) -> Options | Paper | None:
-    from lightloc import Options
-
-    return Options(ambient=ambient, noise=noise.value) if method is Method.search else None
+    sure = found.reason in (Reason.CONVERGED, Reason.UNDECIDED)
+    several = any(verdict.kind is Kind.CLUSTER for verdict in found.verdicts)
+    alone = sure and not several and found.counts and len(found.possible) == 1
+    return ["  No other number of lights is possible (95 %)."] if alone else []

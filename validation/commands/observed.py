@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 KINDS = {".npz": "npz", ".exr": "exr", ".csv": "csv", ".tsv": "csv", ".txt": "csv"}
 STARTS = {b"PK\x03\x04": "npz", b"\x76\x2f\x31\x01": "exr"}
 ENCODED = (".png", ".jpg", ".jpeg", ".bmp", ".gif", ".webp", ".heic", ".tif", ".tiff")
+LIMITS = ("floor", "saturated", "step")  # of a sensor; pictures tell their own
 NOBODY_SAYS = "unit"  # the unit of length of a file that does not say it
 
 
@@ -29,6 +30,9 @@ class Given:
     transport: Literal["direct", "full"] | None = None
     albedo: float | None = None
     unit: str | None = None
+    floor: float | None = None
+    saturated: float | None = None
+    step: float | None = None
 
     @property
     def kind(self) -> str:
@@ -48,10 +52,14 @@ class Given:
         """The observations, and what to say of them."""
         import render
         from lightloc import Observations, read_readings
+        from lightloc.checks import number
 
         kind, first = self.kind, self.paths[0]
+        for name in LIMITS:
+            if (value := getattr(self, name)) is not None:
+                number(f"--{name}", value, above=name == "saturated")
         if kind == "exr" and (len(self.paths) > 1 or not render.is_view(first)):
-            self._only("albedo")
+            self._only("albedo", *LIMITS)
             return self._picture(room)
         if len(self.paths) > 1:
             raise ValueError(f"{self.paths[1]}: one file at a time, but for a picture's layers")
@@ -59,15 +67,33 @@ class Given:
             self._only("sensor", "camera")
             both = self.transport == "full" or (self.transport is None and room is not None)
             unit = self.unit or (room.unit if room and room.unit != NOBODY_SAYS else None)
-            seen = read_readings(first, albedo=self.albedo, interreflected=both, unit=unit)
+            seen = read_readings(
+                first,
+                albedo=self.albedo,
+                interreflected=both,
+                unit=unit,
+                floor=self.floor,
+                saturated=self.saturated,
+                step=self.step or 0.0,
+            )
             errors = "errors estimated" if seen.sigma is None else "errors given"
             said = f"{len(seen)} readings of {seen.quantity}, lengths in {seen.unit}, {errors}"
             return seen, said
         self._only("sensor", "camera", "transport", "albedo")
         if kind == "exr":
+            self._only(*LIMITS)
             return in_the_unit(render.observe_view(first, room), self.unit, first), None
         seen = in_the_unit(Observations.load(first), self.unit, first)
-        return (render.attach(seen, room) if room else seen), None
+        return self._limited(render.attach(seen, room) if room else seen), None
+
+    def _limited(self, seen: Observations) -> Observations:
+        """With the limits of the sensor that the command line names."""
+        if self.floor is not None:
+            seen = replace(seen, floor=self.floor)
+        if self.saturated is not None:
+            clipped = (seen.radiance >= self.saturated).any(axis=1)
+            seen = replace(seen, saturated=seen.saturated | clipped)
+        return seen if self.step is None else replace(seen, step=self.step)
 
     def _picture(self, room: Room | None) -> tuple[Observations, str]:
         import render
