@@ -225,7 +225,7 @@ class Criterion:
         pairs = problem.neighbours
         if (
             wild.mean() > self.likelihood.few
-            and clustering(np.asarray(wild.any(axis=1)), pairs) > self.unlikely
+            and clustering(fit.residual, wild, pairs) > self.unlikely
         ):
             return False
         return bool(self.shared or correlation(fit.residual * ~wild, pairs) < self.unlikely)

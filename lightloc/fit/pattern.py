@@ -60,11 +60,26 @@ def correlation(z: NDArray[np.float64], pairs: NDArray[np.intp]) -> float:
     return float(alike.sum() / np.sqrt(alike.size * len(pairs)))
 
 
-def clustering(outside: NDArray[np.bool_], pairs: NDArray[np.intp]) -> float:
-    """By how many standard deviations outliers (n,) lie together more often than by chance."""
-    if not len(pairs):
-        return 0.0
-    share = outside.mean()
-    expected = len(pairs) * share**2
-    both = (outside[pairs[:, 0]] & outside[pairs[:, 1]]).sum()
-    return float((both - expected) / np.sqrt(expected + 1))
+def clustering(
+    z: NDArray[np.float64], outside: NDArray[np.bool_], pairs: NDArray[np.intp]
+) -> float:
+    """By how many standard deviations outliers among (n, c) residuals are off as neighbours are.
+
+    That they lie together is no pattern: noise that is larger in some places than in others has
+    its outliers there. What a light leaves that is missing lies on one side of 0, all around.
+
+    Examples
+    --------
+    >>> x = np.stack([np.arange(900) % 30, np.arange(900) // 30, np.zeros(900)], axis=1)
+    >>> pairs, near = neighbours(x, np.tile([0.0, 0, 1], (900, 1))), np.all(x < 8, axis=1)
+    >>> noise = np.random.default_rng(0).normal(size=(900, 1))
+    >>> larger = np.where(near[:, None], 9 * noise, noise)
+    >>> clustering(larger, np.abs(larger) > 4, pairs) < 3
+    True
+    >>> lit = noise + np.where(near[:, None], 9.0, 0.0)
+    >>> clustering(lit, np.abs(lit) > 4, pairs) > 5
+    True
+    """
+    i, j = np.concatenate([pairs, pairs[:, ::-1]]).T
+    alike = np.sign(z[i]) * outside[i] * np.clip(z[j], -WILD, WILD)
+    return float(alike.sum() / np.sqrt(np.square(alike).sum() + 1))
