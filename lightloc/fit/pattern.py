@@ -22,6 +22,8 @@ LARGEST = 8192
 WILD = 3.0
 """Standard errors beyond which a residual counts no more."""
 
+TINY = np.finfo(float).tiny
+
 LITTLE = 0.25
 """Least mean square that is taken for noise, in standard errors: less is rounding."""
 
@@ -63,10 +65,12 @@ def correlation(z: NDArray[np.float64], pairs: NDArray[np.intp]) -> float:
 def clustering(
     z: NDArray[np.float64], outside: NDArray[np.bool_], pairs: NDArray[np.intp]
 ) -> float:
-    """By how many standard deviations outliers among (n, c) residuals are off as neighbours are.
+    """By how many standard deviations outliers among (n, c) residuals lie together on one side.
 
     That they lie together is no pattern: noise that is larger in some places than in others has
-    its outliers there. What a light leaves that is missing lies on one side of 0, all around.
+    its outliers there, as many pairs of them on opposite sides of 0 as on the same. What a light
+    leaves that is missing lies on one side. The root of twice the logarithm of a ratio of
+    likelihoods: pairs are counts, and large noise adds as many to both.
 
     Examples
     --------
@@ -80,6 +84,16 @@ def clustering(
     >>> clustering(lit, np.abs(lit) > 4, pairs) > 5
     True
     """
-    i, j = np.concatenate([pairs, pairs[:, ::-1]]).T
-    alike = np.sign(z[i]) * outside[i] * np.clip(z[j], -WILD, WILD)
-    return float(alike.sum() / np.sqrt(np.square(alike).sum() + 1))
+    sides = np.sign((z * outside).sum(axis=1))
+    both = sides[pairs[:, 0]] * sides[pairs[:, 1]]
+    same, opposite = int((both > 0).sum()), int((both < 0).sum())
+    more = len(pairs) * sides.mean() ** 2  # by chance, on the same side than on opposite ones
+    chance = (len(pairs) * np.square(sides).mean() ** 2 + more) / 2
+    twice = 2 * more + same + opposite
+    expected = max(chance, (twice + np.sqrt(max(twice**2 - 8 * same * more, 0))) / 4, 1 / 2)
+    if same <= expected:
+        return 0.0
+    rest = max(expected - more, TINY)
+    ratio = same * np.log(same / expected) - (same - expected) - (opposite - rest)
+    ratio += opposite * np.log(max(opposite, 1) / rest)
+    return float(np.sqrt(2 * max(ratio, 0)))
