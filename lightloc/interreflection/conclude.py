@@ -42,7 +42,8 @@ def concluded(
     verdicts = [verdict for verdict in found.verdicts if verdict.kind is not Kind.MIRROR]
     verdicts += mirrored(posed, lights, level, criterion, o)
     reason = found.reason
-    peak, explained = certificate(posed, fit), criterion.is_explained(problem, fit)
+    every = replace(posed, radiance=split.q.radiance)
+    peak, explained = certificate(posed, fit), criterion.is_explained(every, fit)
     if explains(found) and not explained:
         reason, verdicts = Reason.NO_GAIN, [unexplained(fit, problem, k), *verdicts]
     if reason is Reason.NO_GAIN and explained and peak**2 < criterion.price(posed):
