@@ -22,7 +22,16 @@ from lightloc.answer import (
 )
 from lightloc.backend import one_blas_thread
 from lightloc.diagnosis import diagnosed
-from lightloc.fit import Criterion, Fit, Problem, is_exact, presumed, without_black, working_sigma
+from lightloc.fit import (
+    Criterion,
+    Fit,
+    Problem,
+    Subtracted,
+    is_exact,
+    presumed,
+    without_black,
+    working_sigma,
+)
 from lightloc.given import (
     Geometry,
     Interreflecting,
@@ -194,7 +203,7 @@ def localize(
         if not seen.interreflected:
             return searched(direct, ground, o, criterion, watch)
         if source is None:
-            found = searched(direct, ground, o, criterion.after_removal(), watch)
+            found = searched(direct, ground, o, criterion.after_removal(), watch, seen=seen)
             return found if shared is None else with_shared(found, ground.whole, shared, o)
         return by_rounds(seen, direct, ground, o, source, watch)
 
@@ -306,13 +315,15 @@ def by_rounds(
         small, first, sample = ground.of_sample(), direct.at(some), whole.at(some)
     loose = criterion.after_removal()
     # whether the model is wrong shows only once indirect light is rendered
-    found = searched(first, small, o, loose, watch, rough=True)
+    found = searched(first, small, o, loose, watch, rough=True, seen=sample)
     if not len(found.lights):  # finding no light at this rough stage is no answer
-        found = searched(direct, ground, o, loose, watch)
+        found = searched(direct, ground, o, loose, watch, seen=whole)
 
     def room(q: Observations, ground: Ground, source: Source, rule: Criterion) -> Room:
+        own = q.with_radiance(q.radiance, working_sigma(q, o))
+
         def search(rest: Observations, start: PointLights) -> Localization:
-            return searched(rest, ground, o, rule, watch, start)
+            return searched(rest, ground, o, rule, watch, start, seen=own)
 
         return Room.of(q, ground.whole, source, search, o)
 
@@ -346,13 +357,17 @@ def searched(
     watch: Callable[[Step], None],
     start: PointLights | None = None,
     rough: bool = False,
+    seen: Observations | None = None,
 ) -> Localization:
     """Ours: climb to a set of lights over some observations, then settle it over all.
 
-    A ``rough`` answer is only a starting point for a further search.
+    A ``rough`` answer is only a starting point for a further search. ``seen`` are the same
+    observations with the interreflected light that ``q`` no longer has.
     """
     exact = is_exact(q) and o.noise == "given"
     whole = replace(ground.whole, radiance=q.radiance, sigma=working_sigma(q, o))
+    if seen is not None:
+        whole = replace(whole, subtracted=Subtracted.between(seen, q))
     enough = SILENT if exact else 0.0
     view = ground.view(whole, o, criterion, watch, enough=enough, rough=rough)
     ladder = Ladder.on(view)

@@ -17,6 +17,7 @@ For other rooms, in pipeline order:
 - `outside`: which residuals are outliers, and what share.
 - `cauchy`: Cauchy's loss, and the weight that it gives.
 - `robust`: the sum of that loss.
+- `Subtracted`: light that was in B, whose noise stays.
 - `Problem`: what is fitted: B, its errors, the geometry and the region.
 - `Fit`: lights with the residual that they leave.
 - `no_lights`: the fit of darkness.
@@ -83,6 +84,7 @@ from lightloc.fit.noise import (
 from lightloc.fit.problem import (
     Fit,
     Problem,
+    Subtracted,
     amounts,
     fit_of,
     intensities,
@@ -108,6 +110,7 @@ __all__ = [
     "outside",
     "cauchy",
     "robust",
+    "Subtracted",
     "Problem",
     "Fit",
     "no_lights",

@@ -75,9 +75,11 @@ class Likelihood:
 
     def trust(self, z: NDArray[np.float64]) -> NDArray[np.float64]:
         """The weight of each of (n, c) residuals when one more light is asked for; 0 of the few."""
+        _, weight = cauchy(z, self.scale)
+        if self.lawful:
+            return np.where(outside(z)[1] < RATHER, 0.0, weight)
         far, few = np.abs(z), round(self.few * z.size)
         least = np.sort(far, axis=None)[z.size - few - 1] if few else np.inf
-        _, weight = cauchy(z, self.scale)
         return np.where(far > max(self.scale, least), 0.0, weight)
 
 
@@ -225,7 +227,7 @@ class Criterion:
         pairs = problem.neighbours
         if (
             wild.mean() > self.likelihood.few
-            and clustering(np.asarray(wild.any(axis=1)), pairs) > self.unlikely
+            and clustering(fit.residual, wild, pairs) > self.unlikely
         ):
             return False
         return bool(self.shared or correlation(fit.residual * ~wild, pairs) < self.unlikely)
@@ -270,5 +272,6 @@ class Criterion:
     def is_likely(self, problem: Problem, fit: Fit) -> bool:
         """Whether noise leaves as much: the stricter question, before a search may end early."""
         most = 1 + LUCK * np.sqrt(2 / problem.rows)
-        likely = self.likelihood.known and self.likelihood.core(fit) < most * problem.rows
+        left = self.squares(fit) if self.likelihood.lawful else self.likelihood.core(fit)
+        likely = self.likelihood.known and left < most * problem.rows
         return bool(likely and not self.is_outshone(problem, fit))

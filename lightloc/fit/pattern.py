@@ -22,6 +22,8 @@ LARGEST = 8192
 WILD = 3.0
 """Standard errors beyond which a residual counts no more."""
 
+TINY = np.finfo(float).tiny
+
 LITTLE = 0.25
 """Least mean square that is taken for noise, in standard errors: less is rounding."""
 
@@ -60,11 +62,38 @@ def correlation(z: NDArray[np.float64], pairs: NDArray[np.intp]) -> float:
     return float(alike.sum() / np.sqrt(alike.size * len(pairs)))
 
 
-def clustering(outside: NDArray[np.bool_], pairs: NDArray[np.intp]) -> float:
-    """By how many standard deviations outliers (n,) lie together more often than by chance."""
-    if not len(pairs):
+def clustering(
+    z: NDArray[np.float64], outside: NDArray[np.bool_], pairs: NDArray[np.intp]
+) -> float:
+    """By how many standard deviations outliers among (n, c) residuals lie together on one side.
+
+    That they lie together is no pattern: noise that is larger in some places than in others has
+    its outliers there, as many pairs of them on opposite sides of 0 as on the same. What a light
+    leaves that is missing lies on one side. The root of twice the logarithm of a ratio of
+    likelihoods: pairs are counts, and large noise adds as many to both.
+
+    Examples
+    --------
+    >>> x = np.stack([np.arange(900) % 30, np.arange(900) // 30, np.zeros(900)], axis=1)
+    >>> pairs, near = neighbours(x, np.tile([0.0, 0, 1], (900, 1))), np.all(x < 8, axis=1)
+    >>> noise = np.random.default_rng(0).normal(size=(900, 1))
+    >>> larger = np.where(near[:, None], 9 * noise, noise)
+    >>> clustering(larger, np.abs(larger) > 4, pairs) < 3
+    True
+    >>> lit = noise + np.where(near[:, None], 9.0, 0.0)
+    >>> clustering(lit, np.abs(lit) > 4, pairs) > 5
+    True
+    """
+    sides = np.sign((z * outside).sum(axis=1))
+    both = sides[pairs[:, 0]] * sides[pairs[:, 1]]
+    same, opposite = int((both > 0).sum()), int((both < 0).sum())
+    more = len(pairs) * sides.mean() ** 2  # by chance, on the same side than on opposite ones
+    chance = (len(pairs) * np.square(sides).mean() ** 2 + more) / 2
+    twice = 2 * more + same + opposite
+    expected = max(chance, (twice + np.sqrt(max(twice**2 - 8 * same * more, 0))) / 4, 1 / 2)
+    if same <= expected:
         return 0.0
-    share = outside.mean()
-    expected = len(pairs) * share**2
-    both = (outside[pairs[:, 0]] & outside[pairs[:, 1]]).sum()
-    return float((both - expected) / np.sqrt(expected + 1))
+    rest = max(expected - more, TINY)
+    ratio = same * np.log(same / expected) - (same - expected) - (opposite - rest)
+    ratio += opposite * np.log(max(opposite, 1) / rest)
+    return float(np.sqrt(2 * max(ratio, 0)))

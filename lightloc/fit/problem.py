@@ -16,6 +16,32 @@ from lightloc.given import Geometry, Observations, PointLights
 from lightloc.optics import Surfels, radiance, shading, surfels
 
 
+@dataclass(frozen=True, eq=False)
+class Subtracted:
+    """Light that was in B and was subtracted: its noise stays.
+
+    Parameters
+    ----------
+    radiance : (n, c) array
+        Of it, W sr^-1 m^-2.
+    error : (n, c) array
+        Its standard errors.
+    """
+
+    radiance: NDArray[np.float64]
+    error: NDArray[np.float64]
+
+    @staticmethod
+    def between(before: Observations, after: Observations) -> Subtracted:
+        """What observations with a sigma have lost, and what their sigma has gained."""
+        gained = np.square(after.known_sigma) - np.square(before.known_sigma)
+        return Subtracted(before.radiance - after.radiance, np.sqrt(np.maximum(gained, 0)))
+
+    def rows_of(self, some: NDArray[np.intp]) -> Subtracted:
+        """At some of the observations."""
+        return Subtracted(self.radiance[some], self.error[some])
+
+
 @dataclass(frozen=True)
 class Problem:
     """B(q), its standard errors and everything the fits share.
@@ -35,6 +61,8 @@ class Problem:
         for; None where there is none.
     unit : str
         Of length, for sentences.
+    subtracted
+        What is no longer in ``radiance``; nothing where None.
     """
 
     surfels: Surfels
@@ -44,6 +72,7 @@ class Problem:
     bounds: NDArray[np.float64]
     ambient: NDArray[np.float64] | None = None
     unit: str = "m"
+    subtracted: Subtracted | None = None
 
     @staticmethod
     def of(
@@ -120,7 +149,24 @@ class Problem:
             radiance=self.radiance[some],
             sigma=self.sigma[some],
             ambient=None if self.ambient is None else self.ambient[some],
+            subtracted=None if self.subtracted is None else self.subtracted.rows_of(some),
         )
+
+    def law_of(
+        self, model: NDArray[np.float64], left: NDArray[np.float64], parameters: int
+    ) -> Law:
+        """The likeliest law of what a (n, c) model, fitted with so many parameters, leaves."""
+        if self.subtracted is None:
+            return law_left(left, model, parameters)
+        whole = model + self.subtracted.radiance
+        return law_left(left, whole, parameters, self.subtracted.error)
+
+    def errors_by(self, law: Law, model: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(n, c) standard errors of B by a law of its noise, where the model is (n, c)."""
+        if self.subtracted is None:
+            return law.sigma(model)
+        noise = law.sigma(model + self.subtracted.radiance)
+        return np.hypot(noise, self.subtracted.error)
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,14 +182,18 @@ class Fit:
     def law(self) -> Law:
         """The law of the noise that is left, if it is noise."""
         left = self.residual * self.problem.sigma
-        model = self.problem.radiance - left
         each = len(self.problem.axes) + self.lights.channels
-        return law_left(left, model, len(self) * each)
+        return self.problem.law_of(self.model, left, len(self) * each)
 
     @property
     def lawful(self) -> NDArray[np.float64]:
         """(n, c) standard errors by that law."""
-        return self.law.sigma(self.problem.radiance - self.residual * self.problem.sigma)
+        return self.problem.errors_by(self.law, self.model)
+
+    @property
+    def model(self) -> NDArray[np.float64]:
+        """(n, c) radiance by the lights."""
+        return self.problem.radiance - self.residual * self.problem.sigma
 
     def __len__(self) -> int:
         return len(self.lights)

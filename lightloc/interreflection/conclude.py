@@ -42,8 +42,14 @@ def concluded(
     verdicts = [verdict for verdict in found.verdicts if verdict.kind is not Kind.MIRROR]
     verdicts += mirrored(posed, lights, level, criterion, o)
     reason = found.reason
-    if explains(found) and not criterion.is_explained(problem, fit):
+    every = replace(posed, radiance=split.q.radiance)
+    peak, explained = certificate(posed, fit), criterion.is_explained(every, fit)
+    if explains(found) and not explained:
         reason, verdicts = Reason.NO_GAIN, [unexplained(fit, problem, k), *verdicts]
+    if reason is Reason.NO_GAIN and explained and peak**2 < criterion.price(posed):
+        # the search looked at what an earlier rendering had left
+        reason = Reason.CONVERGED
+        verdicts = [verdict for verdict in verdicts if verdict.kind is not Kind.UNEXPLAINED]
     now = replace(
         found,
         lights=lights,
@@ -62,7 +68,7 @@ def concluded(
         ),
         inseparable=inseparable(lights, errors.position),
         resolution=resolution(posed, lights),
-        certificate=certificate(posed, fit),
+        certificate=peak,
         reason=reason,
         verdicts=tuple(verdicts),
     )

@@ -20,7 +20,7 @@ from lightloc.answer import (
     uncounted,
     unexplained,
 )
-from lightloc.fit import Fit, Problem, errors_at, level_of, resolution, robust
+from lightloc.fit import Fit, Problem, errors_at, fit_of, level_of, resolution, robust
 from lightloc.given import Observations, Options, PointLights
 from lightloc.search.ladder import Ladder
 from lightloc.search.wide import Extended, extended
@@ -84,7 +84,11 @@ def tried(ladder: Ladder, points: PointLights, claimed: int) -> tuple[Count, ...
     Not of counts whose last lights only fed an error of the model.
     """
     problem, criterion = ladder.view.tight, ladder.view.criterion
-    fits = [one for one in ladder.fits if ladder.most is None or len(one) <= ladder.most]
+    own = fit_of(problem, points, criterion.likelihood.scale)
+    others = [one for one in ladder.fits if len(one) != len(own)]
+    same = [one for one in ladder.fits if len(one) == len(own)]
+    every = sorted([*others, criterion.best([*same, own])], key=len)
+    fits = [one for one in every if ladder.most is None or len(one) <= ladder.most]
     errors = criterion.errors(fits)
     level = 1.0 if criterion.likelihood.known else errors.level
     scale = criterion.likelihood.scale

@@ -49,4 +49,4 @@ def by_own(fit: Fit, tight: Problem, criterion: Criterion, best: int) -> Fit:
 def posed_by(fit: Fit, whole: Problem) -> Problem:
     """All observations with standard errors by the law of a fit to some of them."""
     there = fit_of(whole, fit.lights, np.inf)
-    return replace(whole, sigma=fit.law.sigma(whole.radiance - there.residual * whole.sigma))
+    return replace(whole, sigma=whole.errors_by(fit.law, there.model))

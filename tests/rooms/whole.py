@@ -23,6 +23,7 @@ def write(name: str, folder: Path) -> Path:
     """One room as FOLDER/NAME.npz."""
     vertices, faces, albedo, seen = room(name)
     arrays = {key: seen[key] for key in (*KEYS, *TRUTH)}
+    folder.mkdir(parents=True, exist_ok=True)
     file = folder / f"{name}.npz"
     np.savez(file, vertices=vertices, faces=faces, face_albedo=albedo, **arrays)
     return file
