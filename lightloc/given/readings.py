@@ -116,7 +116,7 @@ def read_readings(
         What the instrument can't tell, in the unit of the readings: what is not above the one, and
         what is at least the other, `localize` leaves out.
     step : float
-        Spacing of the readings, in their unit; 0 where they have none.
+        Spacing of the readings, in their unit, as lx or W sr^-1 m^-2; 0 where they have none.
 
     Returns
     -------
