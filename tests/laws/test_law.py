@@ -70,9 +70,10 @@ def test_nothing_falls_below_the_arithmetic():
     assert (law_left(0 * left, M).sigma(M) < 2e-6 * M + 2e-7 * M.mean()).all()
 
 
-def test_what_is_dark_and_exact_tells_nothing():
+@pytest.mark.parametrize("law", ["relative", "read"])
+def test_what_is_dark_and_exact_tells_nothing(law):
     """Zeros in shadows, as a renderer leaves them, take nothing off the noise of what is lit."""
-    M, sigma, left, _ = drawn("relative", 0.0)
+    M, sigma, left, _ = drawn(law, 0.0)
     dark = np.zeros((N, 1))
     with_dark = law_left(np.concatenate([left, dark]), np.concatenate([M, dark]))
     assert off(with_dark.sigma(M) / sigma, M) < 0.2
@@ -80,13 +81,15 @@ def test_what_is_dark_and_exact_tells_nothing():
 
 def test_errors_of_the_law_are_honest():
     """Of forty laws, the relative term lies about as far off as its standard error says."""
-    found = []
+    found, off_by = [], []
     for seed in range(40):
         M, _, left, _ = drawn("relative", 0.0, seed)
         law = law_left(left, M)
         found.append(law.sigma(np.full((1, 1), 1.0))[0, 0] / 0.05 - 1)
         assert law.error[0, 2] < 0.3 * law.variance[0, 2] + 1e-4
+        off_by.append((law.variance[0, 2] - 0.05**2) / law.error[0, 2])
     assert np.std(found) < 0.05
+    assert 0.5 < np.std(off_by) < 1.2  # below 1: no term falls below 0, which tells something
 
 
 def test_channels_have_laws_of_their_own():
