@@ -152,9 +152,7 @@ class Problem:
             subtracted=None if self.subtracted is None else self.subtracted.rows_of(some),
         )
 
-    def law_of(
-        self, model: NDArray[np.float64], left: NDArray[np.float64], parameters: int
-    ) -> Law:
+    def law_of(self, model: NDArray[np.float64], left: NDArray[np.float64], parameters: int) -> Law:
         """The likeliest law of what a (n, c) model, fitted with so many parameters, leaves."""
         if self.subtracted is None:
             return law_left(left, model, parameters)
@@ -162,9 +160,13 @@ class Problem:
         return law_left(left, whole, parameters, self.subtracted.error)
 
     def errors_by(self, law: Law, model: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(n, c) standard errors of B by a law of its noise, where the model is (n, c)."""
+        """(n, c) standard errors of B by a law of its noise, where the model is (n, c).
+
+        As they were in a channel in which nothing tells it.
+        """
         if self.subtracted is None:
-            return law.sigma(model)
+            noise = law.sigma(model)
+            return np.where(noise > 0, noise, self.sigma)
         noise = law.sigma(model + self.subtracted.radiance)
         return np.hypot(noise, self.subtracted.error)
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lightloc import Lambert, Observations, PointLights, Reason, localize, radiance
+from lightloc import Kind, Lambert, Observations, PointLights, Reason, localize, radiance
+from lightloc.answer.verdicts import WRONG
 from lightloc.fit.information import jacobian
 from lightloc.fit.problem import Problem
 from validation.judge import is_solved
@@ -74,7 +75,7 @@ def with_noise(q: Observations, k: float, seed: int) -> Observations:
 
 
 def test_outliers_are_not_lights():
-    """One observation in twenty is wrong: the right lights, no ghosts, and the answer says so."""
+    """One observation in twenty is wrong: the right lights, no ghosts, and the answer says it."""
     for room in rooms(3, count=3):
         q = room.observe(400, noise=0.01)
         rng = np.random.default_rng(3)
@@ -83,7 +84,8 @@ def test_outliers_are_not_lights():
         found = localize(q.with_radiance(B, q.sigma))
         assert solved(found.lights, room.lights, 0.02, 5.0), room.name
         assert found.outliers >= 10
-        assert found.reason is Reason.NO_GAIN
+        assert 0.02 < found.noise.share < 0.1
+        assert found.reason is Reason.CONVERGED
 
 
 def test_colours():
@@ -113,13 +115,21 @@ def test_same_answer_twice():
 
 @pytest.mark.parametrize("model", ["albedo_by_wall", "normals_by_wall", "outliers"])
 def test_wrong_models_make_no_ghosts(model):
-    """Ten percent off in albedo, five degrees in normals: noticed, and no light is invented."""
+    """Ten percent off in albedo, five degrees in normals: noticed, and no light is invented.
+
+    The first verdict is of the model, and it is never said to explain; but that a few observations
+    are wrong is no fault of it.
+    """
     for number in range(3):
         rng = np.random.default_rng([2018, number, list(MODELS).index(model)])
         q, lights = MODELS[model](number, rng)
         found = localize(q)
         assert len(found.lights) == len(lights), number
-        assert found.reason is Reason.NO_GAIN
+        if model == "outliers":
+            assert found.reason is Reason.CONVERGED
+        else:
+            assert found.reason in (Reason.NO_GAIN, Reason.UNDECIDED)
+            assert found.verdicts[0].kind in WRONG | {Kind.UNEXPLAINED}
 
 
 @pytest.mark.parametrize(("gain", "lights"), [(80.0, 3), (8.0, 2)])
