@@ -10,6 +10,7 @@ from scipy.stats import chi2
 import render
 from lightloc import (
     Irradiance,
+    Kind,
     Observations,
     PointLights,
     Reason,
@@ -25,7 +26,7 @@ RARE = 1e-6  # a test by chance fails once in a million
 
 def test_a_light_meter_in_millimetres(rng, tmp_path):
     """Two lamps above a table: 200 readings in lux, points in mm, 2 %: lights in cd, right
-    within their errors."""
+    within their errors. Over a table alone a lamp would look the same, which they cover."""
     true = PointLights([[1200, 2000, 2400], [3100, 800, 2200]], [200.0, 90.0])
     x = np.column_stack([rng.uniform(0, 4000, 200), rng.uniform(0, 3000, 200), np.full(200, 800.0)])
     up = np.tile([0.0, 0.0, 1.0], (200, 1))
@@ -37,7 +38,8 @@ def test_a_light_meter_in_millimetres(rng, tmp_path):
     path = tmp_path / "desk.csv"
     path.write_text("\n".join(rows))
     found = localize(read_readings(path))
-    assert found.reason is Reason.CONVERGED and len(found.lights) == 2
+    assert len(found.lights) == 2
+    assert found.reason is Reason.UNDECIDED and found.verdicts[0].kind is Kind.ASSUMED
     off = found.lights.positions - true.positions
     order = [0, 1]
     z = np.concatenate(
