@@ -84,7 +84,6 @@ from lightloc.fit.noise import (
 from lightloc.fit.problem import (
     Fit,
     Problem,
-    Subtracted,
     amounts,
     fit_of,
     intensities,
@@ -93,6 +92,7 @@ from lightloc.fit.problem import (
     residuals,
     whitened,
 )
+from lightloc.fit.subtracted import Subtracted
 
 __all__ = [
     "is_exact",

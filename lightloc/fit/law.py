@@ -115,6 +115,7 @@ def law_left(
         for r, M, more in zip(left[some].T, model[some].T, known[some].T, strict=True)
     ]
     variance, error, floor, share, spread, cost = (np.array(one) for one in zip(*each, strict=True))
+    floor = np.where(floor > 0, floor, floor.max() or 1.0)  # a dark channel has errors too
     return Law(variance, error, floor, share, spread, float(cost.sum()))
 
 

@@ -12,34 +12,9 @@ from scipy.optimize import lsq_linear, nnls
 from lightloc.fit.law import Law, law_left
 from lightloc.fit.loss import robust
 from lightloc.fit.pattern import neighbours
+from lightloc.fit.subtracted import Subtracted
 from lightloc.given import Geometry, Observations, PointLights
 from lightloc.optics import Surfels, radiance, shading, surfels
-
-
-@dataclass(frozen=True, eq=False)
-class Subtracted:
-    """Light that was in B and was subtracted: its noise stays.
-
-    Parameters
-    ----------
-    radiance : (n, c) array
-        Of it, W sr^-1 m^-2.
-    error : (n, c) array
-        Its standard errors.
-    """
-
-    radiance: NDArray[np.float64]
-    error: NDArray[np.float64]
-
-    @staticmethod
-    def between(before: Observations, after: Observations) -> Subtracted:
-        """What observations with a sigma have lost, and what their sigma has gained."""
-        gained = np.square(after.known_sigma) - np.square(before.known_sigma)
-        return Subtracted(before.radiance - after.radiance, np.sqrt(np.maximum(gained, 0)))
-
-    def rows_of(self, some: NDArray[np.intp]) -> Subtracted:
-        """At some of the observations."""
-        return Subtracted(self.radiance[some], self.error[some])
 
 
 @dataclass(frozen=True)

@@ -122,3 +122,11 @@ def test_draws_are_enough():
     width = np.sqrt(6) / np.pi * tops.std(axis=1, ddof=1)
     quantile = tops.mean(axis=1) - np.euler_gamma * width - width * np.log(-np.log1p(-1e-3))
     assert quantile.std() / quantile.mean() < 0.05
+
+
+def test_a_dark_channel_has_errors_too():
+    """Where a channel is black its errors are the arithmetic's, beside those of the others."""
+    M, _, left, _ = drawn("relative", 0.0)
+    law = law_left(np.hstack([left, 0 * left]), np.hstack([M, 0 * M]))
+    dark = law.sigma(np.zeros((1, 2)))[0, 1]
+    assert 0 < dark < 1e-3 * M.mean()
