@@ -11,7 +11,6 @@ from scipy.optimize import linear_sum_assignment
 
 from lightloc.answer import Kind, Localization, Reason
 from lightloc.diagnosis.choice import (
-    Promise,
     attempts,
     best_of,
     first_of_each,
@@ -21,6 +20,7 @@ from lightloc.diagnosis.choice import (
     plain,
     promises,
     pruned,
+    resumed,
     spread,
 )
 from lightloc.diagnosis.departure import Evidence
@@ -34,8 +34,8 @@ from lightloc.fit import Criterion, Problem, estimated_level, is_exact
 from lightloc.given import Geometry, Observations, Options, PointLights
 from lightloc.optics import reflected_ambient
 
-SAMPLE = 1024
-"""Observations that departures are asked of; what is told is then fitted to all."""
+SAMPLE, FITTED = 1024, 640
+"""Observations that departures are asked of, and fitted to; what is told is then fitted to all."""
 
 QUIETER, STILL = 5, 0.9
 """Times that an estimate of the noise is made again beside a departure, and the factor on it from
@@ -47,6 +47,9 @@ their own, any residual is so far off that Cauchy's loss is flat."""
 
 HALF = 0.5
 """Share that a departure must explain for lights to be claimed as they are beside it."""
+
+LAMPLIKE = 0.1
+"""Of what is left beyond noise, what the lights as lamps may leave of it to be looked for anew."""
 
 ALIKE = 2.0
 """Standard errors by which a light may move beside a departure, and nothing claimed changes."""
@@ -75,15 +78,25 @@ def diagnosed(
         return found
     whole = evidence_of(found, q, geometry, bounds, o, criterion)
     some = np.random.default_rng(seed).permutation(len(q))[:SAMPLE]
-    evidence = whole if len(q) <= SAMPLE else whole.rows_of(np.sort(some))
+    evidence = whole if len(q) <= FITTED else whole.rows_of(some)
     if o.free:
         return freed(found, whole, evidence, o)
     base = plain(evidence, found.lights)
     explained = is_explained(evidence, base)
+    if not explained and len(evidence.q) > FITTED:
+        evidence = evidence.rows_of(np.arange(FITTED))
+        base = plain(evidence, found.lights)
     asked = promises(evidence, found.lights, MAKERS, far=not explained)
-    if explained and not any(hope(evidence, one) < cost_of(evidence, base) for one in asked):
-        return hung(found, whole, o)
-    verdict = weighed(evidence, base, found, asked, explained, o.most_lights)
+    if explained:
+        asked = [one for one in asked if hope(evidence, one) < cost_of(evidence, base)]
+        if not asked:
+            return hung(found, whole, o)
+    sets = [found.lights, *(one.lights for one in found.counts)]
+    sets = [found.lights, *(one for one in sets if len(one) < len(found.lights))]
+    for lights in sets[1:]:
+        asked += promises(evidence, lights, MAKERS)
+    joints = attempts(evidence, asked)
+    verdict = weighed(evidence, base, sets, joints, explained, o.most_lights)
     for _ in range(0 if criterion.likelihood.known else QUIETER):
         noise = 1.0 if verdict is None else estimated_level(verdict.best.residual)
         if verdict is None or verdict.best.departure is None or noise > STILL:
@@ -91,8 +104,8 @@ def diagnosed(
         # what was taken for noise was the departure: lights that it hid may show now
         whole, evidence = whole.quieter(noise), evidence.quieter(noise)
         again = plain(evidence, verdict.best.lights)
-        asked = promises(evidence, again.lights, MAKERS)
-        verdict = weighed(evidence, again, found, asked, False, o.most_lights)
+        joints = resumed(evidence, [verdict.best, *(one for one, _ in verdict.others)])
+        verdict = weighed(evidence, again, sets, joints, False, o.most_lights)
     if verdict is None:
         return hung(found, whole, o)
     answer = told(found, whole, verdict, o)
@@ -119,20 +132,16 @@ def cost_of(evidence: Evidence, joint: Joint) -> float:
 def weighed(
     evidence: Evidence,
     base: Joint,
-    found: Localization,
-    asked: Sequence[Promise],
+    sets: Sequence[PointLights],
+    joints: Sequence[Joint],
     explained: bool,
     most: int,
 ) -> Diagnosis | None:
-    """All departures with all counts of lights; None where nothing is worth its price."""
-    every = list(asked)
-    for count in found.counts:
-        if len(count.lights) < len(found.lights):
-            every += promises(evidence, count.lights, MAKERS)
-    joints = [base, *attempts(evidence, every)]
-    if not any(is_shadows(one) and is_explained(evidence, one) for one in joints):
+    """What departures came to, and others with them; None where nothing is worth its price."""
+    joints = [base, *joints]
+    if may_be_lamps(evidence, base, joints):
         joints += lamps_found(evidence)
-    joints += spread(evidence, best_of(evidence, joints), every)
+    joints += spread(evidence, best_of(evidence, joints), sets)
     best = grown(evidence, joints, most)
     if best.departure is not None:
         best = pruned(evidence, best)
@@ -150,9 +159,17 @@ def weighed(
     return Diagnosis(evidence, best, pairs, is_explained(evidence, best))
 
 
-def is_shadows(joint: Joint) -> bool:
-    """Whether it is the geometry that departs: no lamps look like that."""
-    return joint.departure is not None and joint.departure.kind is Kind.GEOMETRY
+def may_be_lamps(evidence: Evidence, base: Joint, joints: Sequence[Joint]) -> bool:
+    """Whether a search for lamps is worth its time.
+
+    It is not where another kind of departure explains, and the lights as lamps do not nearly.
+    """
+    rows = evidence.problem.rows
+    for one in joints:
+        if one.departure and one.departure.kind is Kind.EMISSION:
+            if one.cost - rows < LAMPLIKE * (base.cost - rows):
+                return True
+    return not any(is_explained(evidence, one) for one in joints)
 
 
 def evidence_of(

@@ -9,7 +9,7 @@ import numpy as np
 from lightloc.answer import Kind
 from lightloc.diagnosis.departure import Array, Departure, Lit, Modelled, fixed
 from lightloc.diagnosis.groups import groups_of
-from lightloc.optics import Surfels, surfels
+from lightloc.optics import Surfels, shading, surfels
 
 MOST = np.radians(20.0)
 """Of a tilt."""
@@ -40,18 +40,26 @@ def normals(lit: Lit) -> list[Departure]:
         there = replace(q, normals=leaning, facets=q.facets)
         return surfels(there, evidence.geometry, double=evidence.problem.surfels.double)
 
-    def columns(lit: Lit, u: Array) -> Array:
+    def columns(lit: Lit, u: Array, here: Array | None = None) -> Array:
         result = np.zeros((n, q.channels, len(u)))
+        here = bright(lit, u) if here is None else here
         for way in range(ways):
             step = np.where(np.arange(len(u)) % ways == way, DELTA, 0.0)
-            ahead, behind = (lit.through(turned(u + side * step))[0] for side in (1, -1))
-            slope = np.einsum("nkc,kc->nc", (ahead - behind) / (2 * DELTA), lit.lights.intensities)
+            slope = (bright(lit, u + step) - here) / DELTA
             for i in range(len(groups)):
                 result[which == i, :, i * ways + way] = slope[which == i]
         return result
 
+    def bright(lit: Lit, u: Array) -> Array:
+        """(n, c) B of observations that lean."""
+        if not len(lit.lights):
+            return np.zeros((n, q.channels))
+        S = shading(turned(u), lit.lights.positions, None) * lit.seen.T[:, :, None]
+        return np.einsum("nkc,kc->nc", S, lit.lights.intensities)
+
     def model(lit: Lit, u: Array) -> Modelled:
-        return lit.summed(*lit.through(turned(u)), columns(lit, u))
+        there = lit.summed(*lit.through(turned(u)))
+        return replace(there, by_unknowns=columns(lit, u, there.B))
 
     def said(u: Array, e: Array) -> str:
         tilt = np.degrees(np.linalg.norm(u.reshape(-1, ways), axis=1))
