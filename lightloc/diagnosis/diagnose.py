@@ -23,14 +23,14 @@ from lightloc.diagnosis.choice import (
     resumed,
     spread,
 )
-from lightloc.diagnosis.departure import Evidence
+from lightloc.diagnosis.departure import Array, Evidence
 from lightloc.diagnosis.emission import lamps_found
 from lightloc.diagnosis.free import freed
 from lightloc.diagnosis.hanging import hung
 from lightloc.diagnosis.joint import Joint, fitted
 from lightloc.diagnosis.kinds import MAKERS
 from lightloc.diagnosis.telling import Diagnosis, told
-from lightloc.fit import Criterion, Problem, estimated_level, is_exact
+from lightloc.fit import Criterion, Problem, estimated_level, is_exact, working_sigma
 from lightloc.given import Geometry, Observations, Options, PointLights
 from lightloc.optics import reflected_ambient
 
@@ -48,8 +48,9 @@ their own, any residual is so far off that Cauchy's loss is flat."""
 HALF = 0.5
 """Share that a departure must explain for lights to be claimed as they are beside it."""
 
-LAMPLIKE = 0.1
-"""Of what is left beyond noise, what the lights as lamps may leave of it to be looked for anew."""
+LAMPLIKE = 0.1, 0.8
+"""Of what is left beyond noise, what the lights as lamps may leave of it to be looked for anew:
+where something else explains, and where nothing does."""
 
 ALIKE = 2.0
 """Standard errors by which a light may move beside a departure, and nothing claimed changes."""
@@ -83,8 +84,11 @@ def diagnosed(
         return freed(found, whole, evidence, o)
     base = plain(evidence, found.lights)
     explained = is_explained(evidence, base)
-    if not explained and len(evidence.q) > FITTED:
-        evidence = evidence.rows_of(np.arange(FITTED))
+    if not explained:
+        larger = unmoved(found, whole)
+        some = some[:FITTED] if len(evidence.q) > FITTED else np.arange(len(q))
+        whole = replace(whole, problem=replace(whole.problem, sigma=larger))
+        evidence = whole.rows_of(some)
         base = plain(evidence, found.lights)
     asked = promises(evidence, found.lights, MAKERS, far=not explained)
     if explained:
@@ -105,11 +109,26 @@ def diagnosed(
         whole, evidence = whole.quieter(noise), evidence.quieter(noise)
         again = plain(evidence, verdict.best.lights)
         joints = resumed(evidence, [verdict.best, *(one for one, _ in verdict.others)])
-        verdict = weighed(evidence, again, sets, joints, False, o.most_lights)
+        verdict = weighed(evidence, again, sets, joints, False, o.most_lights, first=False)
     if verdict is None:
         return hung(found, whole, o)
     answer = told(found, whole, verdict, o)
     return hung(found, whole, o) if right and is_same(found, answer.lights) else answer
+
+
+def unmoved(found: Localization, whole: Evidence) -> Array:
+    """(n, c) the standard errors, no less than what they would be of what is seen.
+
+    They were taken at the B of the lights found; where these are wrong, that is too dark at times.
+    """
+    sigma, seen = whole.problem.sigma, whole.problem.radiance
+    if whole.criterion.likelihood.known:
+        return sigma
+    result = sigma.copy()
+    for channel, B in enumerate((seen - found.residual * sigma).T):
+        order = np.argsort(B)
+        result[:, channel] = np.interp(seen[:, channel], B[order], sigma[order, channel])
+    return np.maximum(result, sigma)
 
 
 def is_same(found: Localization, lights: PointLights) -> bool:
@@ -136,10 +155,14 @@ def weighed(
     joints: Sequence[Joint],
     explained: bool,
     most: int,
+    first: bool = True,
 ) -> Diagnosis | None:
-    """What departures came to, and others with them; None where nothing is worth its price."""
+    """What departures came to, and others with them; None where nothing is worth its price.
+
+    Lamps are looked for the ``first`` time.
+    """
     joints = [base, *joints]
-    if may_be_lamps(evidence, base, joints):
+    if first and may_be_lamps(evidence, base, joints):
         joints += lamps_found(evidence)
     joints += spread(evidence, best_of(evidence, joints), sets)
     best = grown(evidence, joints, most)
@@ -162,14 +185,17 @@ def weighed(
 def may_be_lamps(evidence: Evidence, base: Joint, joints: Sequence[Joint]) -> bool:
     """Whether a search for lamps is worth its time.
 
-    It is not where another kind of departure explains, and the lights as lamps do not nearly.
+    It is not where the lights as lamps are hardly better, or where another departure explains and
+    they do not nearly.
     """
-    rows = evidence.problem.rows
+    least, others = base.cost, False
     for one in joints:
         if one.departure and one.departure.kind is Kind.EMISSION:
-            if one.cost - rows < LAMPLIKE * (base.cost - rows):
-                return True
-    return not any(is_explained(evidence, one) for one in joints)
+            least = min(least, one.cost)
+        else:
+            others |= is_explained(evidence, one)
+    rest = (least - evidence.problem.rows) / max(base.cost - evidence.problem.rows, 1.0)
+    return rest < LAMPLIKE[0 if others else 1]
 
 
 def evidence_of(
@@ -182,6 +208,8 @@ def evidence_of(
 ) -> Evidence:
     """The observations that an answer is of, as they were used."""
     sigma = found.sigma
+    if q.sigma is not None and o.noise == "given":
+        sigma = np.maximum(sigma, working_sigma(q, o))
     if is_exact(q):
         B = np.abs(found.direct)
         sigma = np.hypot(sigma, COARSE * (B + 0.01 * B.mean()))

@@ -8,7 +8,7 @@ import numpy as np
 
 from lightloc.answer import Kind
 from lightloc.diagnosis.departure import Array, Departure, Lit, Modelled, fixed
-from lightloc.diagnosis.groups import groups_of
+from lightloc.diagnosis.groups import sides_of
 from lightloc.optics import Surfels, shading, surfels
 
 MOST = np.radians(20.0)
@@ -22,7 +22,7 @@ def normals(lit: Lit) -> list[Departure]:
     """Each group of observations tilted about two axes of its own; about one in the plane."""
     evidence = lit.evidence
     q, n = evidence.q, len(evidence.q)
-    groups = groups_of(q)
+    groups = sides_of(q)
     if not groups:
         return []
     flat = len(evidence.problem.axes) == 2

@@ -133,7 +133,7 @@ def moved(found: Localization, whole: Evidence, joint: Joint, o: Options) -> Loc
         spread = doubtful(whole, joint, noise)[:m, :m]
     errors = Bound.of(spread, problem.axes, k, c)
     top, _ = intensity_distance(whole.q, lights.positions, problem.geometry, MARGIN)
-    chi2 = joint.cost / problem.rows
+    chi2, wide = joint.cost / problem.rows, joint.departure.width if joint.departure else None
     return replace(
         found,
         lights=lights,
@@ -145,7 +145,7 @@ def moved(found: Localization, whole: Evidence, joint: Joint, o: Options) -> Loc
         sigma=problem.sigma,
         inseparable=inseparable(lights, errors.position),
         resolution=resolution(problem, lights),
-        width=np.zeros(k),
+        width=wide(joint.unknowns) if wide else np.zeros(k),
         certificate=np.nan,
         chi2=chi2,
         history=(*found.history, Step("fit with what may be wrong", k, chi2)),
