@@ -105,8 +105,8 @@ def is_explained(evidence: Evidence, joint: Joint) -> bool:
     """Whether a fit leaves no more than noise."""
     criterion = evidence.criterion
     fit = Fit(joint.lights, joint.residual, joint.cost, evidence.problem)
-    if joint.departure and joint.departure.kind is Kind.EMISSION:
-        return criterion.is_clean(evidence.problem, fit)  # a narrow lamp reaches but a few
+    if joint.departure and joint.departure.kind in (Kind.EMISSION, Kind.EXTENDED):
+        return criterion.is_clean(evidence.problem, fit)  # a further one may reach but a few
     return criterion.is_explained(evidence.problem, fit)
 
 

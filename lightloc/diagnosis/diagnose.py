@@ -22,6 +22,7 @@ from lightloc.diagnosis.choice import (
     pruned,
     resumed,
     spread,
+    total,
 )
 from lightloc.diagnosis.departure import Array, Evidence
 from lightloc.diagnosis.emission import lamps_found
@@ -30,6 +31,7 @@ from lightloc.diagnosis.hanging import hung
 from lightloc.diagnosis.joint import Joint, fitted
 from lightloc.diagnosis.kinds import MAKERS
 from lightloc.diagnosis.telling import Diagnosis, told
+from lightloc.diagnosis.wide import panels_of, wide
 from lightloc.fit import Criterion, Problem, estimated_level, is_exact, working_sigma
 from lightloc.given import Geometry, Observations, Options, PointLights
 from lightloc.optics import reflected_ambient
@@ -48,9 +50,8 @@ their own, any residual is so far off that Cauchy's loss is flat."""
 HALF = 0.5
 """Share that a departure must explain for lights to be claimed as they are beside it."""
 
-LAMPLIKE = 0.1, 0.8
-"""Of what is left beyond noise, what the lights as lamps may leave of it to be looked for anew:
-where something else explains, and where nothing does."""
+LAMPLIKE = 0.1
+"""Of what is left beyond noise, what the lights as lamps may leave of it to be looked for anew."""
 
 ALIKE = 2.0
 """Standard errors by which a light may move beside a departure, and nothing claimed changes."""
@@ -72,7 +73,8 @@ def diagnosed(
     right = found.reason in (Reason.CONVERGED, Reason.UNDECIDED)
     wrong = found.reason in (Reason.NO_GAIN, Reason.MOST_LIGHTS)
     few = any(v.kind is Kind.TOO_FEW for v in found.verdicts)
-    if few or not (wrong or (right and not found.width.any())):
+    wider = found.reason is Reason.EXTENDED and len(found.lights) > 1
+    if few or not (wrong or wider or (right and not found.width.any())):
         return found
     exact = is_exact(q) and right
     if exact and not o.free:
@@ -82,6 +84,9 @@ def diagnosed(
     evidence = whole if len(q) <= FITTED else whole.rows_of(some)
     if o.free:
         return freed(found, whole, evidence, o)
+    if wider:
+        narrower = fewer_wide(found, whole, evidence)
+        return told(found, whole, narrower, o) if narrower else found
     base = plain(evidence, found.lights)
     explained = is_explained(evidence, base)
     if not explained:
@@ -163,7 +168,8 @@ def weighed(
     """
     joints = [base, *joints]
     if first and may_be_lamps(evidence, base, joints):
-        joints += lamps_found(evidence)
+        lamps = lamps_found(evidence)
+        joints += [*lamps, *as_panels(evidence, lamps)]
     joints += spread(evidence, best_of(evidence, joints), sets)
     best = grown(evidence, joints, most)
     if best.departure is not None:
@@ -185,8 +191,7 @@ def weighed(
 def may_be_lamps(evidence: Evidence, base: Joint, joints: Sequence[Joint]) -> bool:
     """Whether a search for lamps is worth its time.
 
-    It is not where the lights as lamps are hardly better, or where another departure explains and
-    they do not nearly.
+    It is not where another departure explains, and the lights as lamps do not nearly.
     """
     least, others = base.cost, False
     for one in joints:
@@ -194,8 +199,33 @@ def may_be_lamps(evidence: Evidence, base: Joint, joints: Sequence[Joint]) -> bo
             least = min(least, one.cost)
         else:
             others |= is_explained(evidence, one)
-    rest = (least - evidence.problem.rows) / max(base.cost - evidence.problem.rows, 1.0)
-    return rest < LAMPLIKE[0 if others else 1]
+    rows = evidence.problem.rows
+    return not others or least - rows < LAMPLIKE * (base.cost - rows)
+
+
+def as_panels(evidence: Evidence, lamps: Sequence[Joint]) -> list[Joint]:
+    """Lamps that do not explain, as panels: a panel is seen as a lamp from afar."""
+    return [
+        fitted(evidence, one.lights, panel, panel.starts(evidence.lit(one.lights))[0])
+        for one in lamps
+        if not is_explained(evidence, one)
+        for panel in [panels_of(evidence.lit(one.lights))]
+    ]
+
+
+def fewer_wide(found: Localization, whole: Evidence, evidence: Evidence) -> Diagnosis | None:
+    """Fewer lights that are patches, where they explain for less than many close together."""
+    rows = evidence.problem.rows
+    many = found.chi2 * rows + len(found.lights) * evidence.criterion.price(evidence.problem)
+    for count in found.counts:
+        if not 0 < len(count.lights) < len(found.lights):
+            continue
+        joints = attempts(evidence, promises(evidence, count.lights, (wide,)))
+        best = best_of(evidence, joints)
+        if is_explained(evidence, best) and total(evidence, best, 1.0) < many:
+            share = 1 - best.cost / max(plain(evidence, count.lights).cost, best.cost)
+            return Diagnosis(evidence, best, ((best, share),), explained=True)
+    return None
 
 
 def evidence_of(

@@ -40,9 +40,8 @@ def normals(lit: Lit) -> list[Departure]:
         there = replace(q, normals=leaning, facets=q.facets)
         return surfels(there, evidence.geometry, double=evidence.problem.surfels.double)
 
-    def columns(lit: Lit, u: Array, here: Array | None = None) -> Array:
-        result = np.zeros((n, q.channels, len(u)))
-        here = bright(lit, u) if here is None else here
+    def columns(lit: Lit, u: Array) -> Array:
+        result, here = np.zeros((n, q.channels, len(u))), bright(lit, u)
         for way in range(ways):
             step = np.where(np.arange(len(u)) % ways == way, DELTA, 0.0)
             slope = (bright(lit, u + step) - here) / DELTA
@@ -58,8 +57,7 @@ def normals(lit: Lit) -> list[Departure]:
         return np.einsum("nkc,kc->nc", S, lit.lights.intensities)
 
     def model(lit: Lit, u: Array) -> Modelled:
-        there = lit.summed(*lit.through(turned(u)))
-        return replace(there, by_unknowns=columns(lit, u, there.B))
+        return lit.summed(*lit.through(turned(u)), columns(lit, u))
 
     def said(u: Array, e: Array) -> str:
         tilt = np.degrees(np.linalg.norm(u.reshape(-1, ways), axis=1))

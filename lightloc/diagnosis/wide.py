@@ -17,11 +17,14 @@ from lightloc.diagnosis.emission import starts as facing
 from lightloc.diagnosis.lamps import seen_from, tangents
 from lightloc.given import PointLights
 
-NODES, WEIGHTS = np.sqrt(0.6) * np.array([-1.0, 0.0, 1.0]), np.array([5.0, 8.0, 5.0]) / 18
-"""Of Gauss and Legendre: where along a side a light's points are, and how bright."""
+FINE, COARSE, MANY = 5, 3, 20_000
+"""Points along a side, and where there are so many pairs of an observation and a light."""
 
 HALF, LARGEST = 0.06, 0.3
 """Half sides to begin with, and at most, of the region's longest side."""
+
+EVEN = 2 / np.sqrt(3)
+"""Twice the standard deviation of what is evenly bright along a side, in half sides."""
 
 PATCHES, PANELS = "the width of lights", "lights that are panels"
 
@@ -39,6 +42,11 @@ def wide(lit: Lit) -> list[Departure]:
         departure(lit, PATCHES, patches, across),
         departure(lit, PANELS, panels, before),
     ]
+
+
+def panels_of(lit: Lit) -> Departure:
+    """All lights as panels."""
+    return wide(lit)[1]
 
 
 def departure(
@@ -74,7 +82,9 @@ def departure(
         none=0,
         kept=lambda u, some: u.reshape(-1, each)[some].ravel(),
         more=lambda u, k: np.append(u, u[-each:]),
-        width=lambda u: 2 / np.sqrt(3) * np.linalg.norm(u.reshape(-1, d - 1, d), axis=2).max(axis=1),
+        width=lambda u: (
+            2 / np.sqrt(3) * np.linalg.norm(u.reshape(-1, d - 1, d), axis=2).max(axis=1)
+        ),
     )
 
 
@@ -82,9 +92,7 @@ def across(lit: Lit) -> Array:
     """Flat along each plane of two axes, or along each axis."""
     k, axes = len(lit.lights), lit.evidence.problem.axes
     eye = HALF * lit.evidence.problem.size * np.eye(len(axes))
-    return np.stack(
-        [np.tile(np.delete(eye, i, axis=0).ravel(), k) for i in range(len(axes))]
-    )
+    return np.stack([np.tile(np.delete(eye, i, axis=0).ravel(), k) for i in range(len(axes))])
 
 
 def before(lit: Lit) -> Array:
@@ -118,11 +126,7 @@ def summed(lit: Lit, u: Array, panel: bool) -> Modelled:
     (n, c), axes = problem.radiance.shape, problem.axes
     d = len(axes)
     half = u.reshape(k, d - 1, d)
-    grid = [g.ravel() for g in np.meshgrid(*[NODES] * (d - 1), indexing="ij")]
-    at = np.stack(grid, axis=1)  # m, d - 1
-    weight = np.ones(1)
-    for _ in range(d - 1):
-        weight = np.outer(weight, WEIGHTS).ravel()
+    at, weight = spots(FINE if n * k < MANY else COARSE, d - 1)
     m = len(at)
     places = np.repeat(lit.lights.positions, m, axis=0)
     places[:, axes] += np.einsum("mj,kjx->kmx", at, half).reshape(k * m, d)
@@ -149,8 +153,16 @@ def summed(lit: Lit, u: Array, panel: bool) -> Modelled:
     )
 
 
+def spots(count: int, d: int) -> tuple[Array, Array]:
+    """(m, d) where points of a light are along its sides, and (m,) how bright: Gauss, Legendre."""
+    x, share = np.polynomial.legendre.leggauss(count)
+    at = np.stack(np.meshgrid(*[x] * d, indexing="ij"), axis=-1).reshape(-1, d)
+    weight = np.prod(np.stack(np.meshgrid(*[share / 2] * d, indexing="ij"), axis=-1), axis=-1)
+    return at, weight.ravel()
+
+
 def normals(half: Array) -> tuple[Array, Array]:
-    """(k, d) where half sides (k, d - 1, d) face, and the derivatives by these (k, (d - 1) d, d)."""
+    """(k, d) where half sides (k, d - 1, d) face, and the derivatives (k, (d - 1) d, d) by these."""
     k, _, d = half.shape
     eye = np.eye(d)
     if d == 2:
