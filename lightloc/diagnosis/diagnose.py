@@ -17,6 +17,7 @@ from lightloc.diagnosis.choice import (
     grown,
     hope,
     is_explained,
+    level,
     plain,
     promises,
     pruned,
@@ -39,6 +40,9 @@ from lightloc.optics import reflected_ambient
 SAMPLE, FITTED = 1024, 640
 """Observations that departures are asked of, and fitted to; what is told is then fitted to all."""
 
+FEWER = 6
+"""Counts of lights, from none on, with which departures are asked beside that of an answer."""
+
 QUIETER, STILL = 5, 0.9
 """Times that an estimate of the noise is made again beside a departure, and the factor on it from
 which it stands."""
@@ -50,8 +54,9 @@ their own, any residual is so far off that Cauchy's loss is flat."""
 HALF = 0.5
 """Share that a departure must explain for lights to be claimed as they are beside it."""
 
-LAMPLIKE = 0.1
-"""Of what is left beyond noise, what the lights as lamps may leave of it to be looked for anew."""
+LAMPLIKE = 1.5
+"""Times what the best departure leaves and costs, that the lights as lamps may, to be looked for
+anew where something explains."""
 
 ALIKE = 2.0
 """Standard errors by which a light may move beside a departure, and nothing claimed changes."""
@@ -100,8 +105,8 @@ def diagnosed(
         asked = [one for one in asked if hope(evidence, one) < cost_of(evidence, base)]
         if not asked:
             return hung(found, whole, o)
-    sets = [found.lights, *(one.lights for one in found.counts)]
-    sets = [found.lights, *(one for one in sets if len(one) < len(found.lights))]
+    fewer = [one.lights for one in found.counts if len(one.lights) < len(found.lights)]
+    sets = [found.lights, *fewer[:FEWER]]
     for lights in sets[1:]:
         asked += promises(evidence, lights, MAKERS)
     joints = attempts(evidence, asked)
@@ -167,7 +172,7 @@ def weighed(
     Lamps are looked for the ``first`` time.
     """
     joints = [base, *joints]
-    if first and may_be_lamps(evidence, base, joints):
+    if first and may_be_lamps(evidence, joints):
         lamps = lamps_found(evidence)
         joints += [*lamps, *as_panels(evidence, lamps)]
     joints += spread(evidence, best_of(evidence, joints), sets)
@@ -188,19 +193,17 @@ def weighed(
     return Diagnosis(evidence, best, pairs, is_explained(evidence, best))
 
 
-def may_be_lamps(evidence: Evidence, base: Joint, joints: Sequence[Joint]) -> bool:
+def may_be_lamps(evidence: Evidence, joints: Sequence[Joint]) -> bool:
     """Whether a search for lamps is worth its time.
 
-    It is not where another departure explains, and the lights as lamps do not nearly.
+    It is not where another departure explains for far less than the lights as lamps.
     """
-    least, others = base.cost, False
-    for one in joints:
-        if one.departure and one.departure.kind is Kind.EMISSION:
-            least = min(least, one.cost)
-        else:
-            others |= is_explained(evidence, one)
-    rows = evidence.problem.rows
-    return not others or least - rows < LAMPLIKE * (base.cost - rows)
+    if not any(is_explained(evidence, one) for one in joints):
+        return True
+    noise, best = level(joints), best_of(evidence, joints)
+    lamps = [one for one in joints if one.departure and one.departure.kind is Kind.EMISSION]
+    limit = LAMPLIKE * total(evidence, best, noise)
+    return any(total(evidence, one, noise) < limit for one in lamps)
 
 
 def as_panels(evidence: Evidence, lamps: Sequence[Joint]) -> list[Joint]:

@@ -162,7 +162,7 @@ def spots(count: int, d: int) -> tuple[Array, Array]:
 
 
 def normals(half: Array) -> tuple[Array, Array]:
-    """(k, d) where half sides (k, d - 1, d) face, and the derivatives (k, (d - 1) d, d) by these."""
+    """(k, d) where half sides (k, d - 1, d) face, with derivatives (k, (d - 1) d, d)."""
     k, _, d = half.shape
     eye = np.eye(d)
     if d == 2:
