@@ -21,7 +21,7 @@ from lightloc.answer import (
     with_unknowns,
 )
 from lightloc.backend import one_blas_thread
-from lightloc.diagnosis import diagnosed
+from lightloc.diagnosis import astray, diagnosed
 from lightloc.fit import (
     Criterion,
     Fit,
@@ -373,7 +373,9 @@ def searched(
     ladder = Ladder.on(view)
     ladder = resumed(ladder, start) if start else climbed(ladder)
     if criterion.likelihood.lawful:
-        ladder = by_law(ladder)
+        seen = q if ground.some is None or len(q) == len(view.tight.radiance) else q.at(ground.some)
+        if not astray(seen, view.tight, criterion, ladder.fits, ladder.best):
+            ladder = by_law(ladder)
     if exact and len(ladder.best):
         ladder, whole = emptied(ladder, whole)
     if o.noise == "given" and not criterion.is_clean(view.tight, ladder.best):

@@ -24,11 +24,9 @@ from lightloc.optics import shading
 RARE = 1e-6
 """Chance that noise gains what a departure costs: dozens are asked, at several starts each."""
 
-HOPES = 2
-"""Counts of lights with which each departure is fitted: those of which it promises most."""
-
-TRIED, FRONT = 12, 3
-"""Pairs of a count and a departure that are fitted roughly, and to their end."""
+AHEAD, TRIED, FRONT = 3, 8, 2
+"""Pairs of a count and a departure: those that are fitted by promise alone, all that are fitted
+roughly, and those that are to their end."""
 
 QUICK = 3
 """Steps at each width of a rough fit."""
@@ -107,8 +105,8 @@ def is_explained(evidence: Evidence, joint: Joint) -> bool:
     """Whether a fit leaves no more than noise."""
     criterion = evidence.criterion
     fit = Fit(joint.lights, joint.residual, joint.cost, evidence.problem)
-    if joint.departure and joint.departure.kind is Kind.EMISSION:
-        return criterion.is_clean(evidence.problem, fit)  # a narrow lamp reaches but a few
+    if joint.departure and joint.departure.kind in (Kind.EMISSION, Kind.EXTENDED):
+        return criterion.is_clean(evidence.problem, fit)  # a further one may reach but a few
     return criterion.is_explained(evidence.problem, fit)
 
 
@@ -121,16 +119,37 @@ def hope(evidence: Evidence, one: Promise) -> float:
 def attempts(evidence: Evidence, every: Sequence[Promise]) -> list[Joint]:
     """Fits of the pairs of a count of lights and a departure that promise most.
 
-    All are fitted roughly, and those that come nearest to their end.
+    The most promising by far, then the first of each other kind: all roughly, until one explains,
+    and those that come nearest to their end.
     """
-    every, some = sorted(every, key=lambda one: hope(evidence, one)), list[Promise]()
-    for one in every:
-        if sum(other.departure.name == one.departure.name for other in some) < HOPES:
+    ranked = sorted(every, key=lambda one: hope(evidence, one))
+    firsts, seen = list[Promise](), set[Kind]()
+    for one in ranked:
+        if one.departure.kind not in seen:
+            firsts.append(one)
+            seen.add(one.departure.kind)
+    names, some = set[str](), list[Promise]()
+    for one in [*ranked[:AHEAD], *firsts, *ranked]:
+        if one.departure.name not in names and len(some) < TRIED:
             some.append(one)
-    rough = [
-        fitted(evidence, one.lights, one.departure, one.unknowns, QUICK) for one in some[:TRIED]
-    ]
+            names.add(one.departure.name)
+    rough = list[Joint]()
+    for i, one in enumerate(some):
+        rough.append(fitted(evidence, one.lights, one.departure, one.unknowns, QUICK))
+        known = evidence.criterion.likelihood.known
+        if known and i + 1 >= AHEAD and any(is_explained(evidence, joint) for joint in rough):
+            break
     return finished(evidence, rough)
+
+
+def resumed(evidence: Evidence, joints: Sequence[Joint]) -> list[Joint]:
+    """The same fits, taken up where other errors hold; each once."""
+    each = {id(one): one for one in joints}.values()
+    return [
+        fitted(evidence, one.lights, one.departure, one.unknowns)
+        for one in list(each)[:FRONT]
+        if one.departure
+    ]
 
 
 def finished(evidence: Evidence, rough: Sequence[Joint]) -> list[Joint]:
@@ -156,16 +175,17 @@ def best_of(evidence: Evidence, joints: Sequence[Joint]) -> Joint:
     return min(joints, key=lambda one: total(evidence, one, noise))
 
 
-def spread(evidence: Evidence, best: Joint, every: Sequence[Promise]) -> list[Joint]:
-    """The departure that is best so far with the other counts of lights, begun where it ended."""
-    if best.departure is None:
+def spread(evidence: Evidence, best: Joint, sets: Sequence[PointLights]) -> list[Joint]:
+    """The departure that is best so far with the next other counts of lights."""
+    departure, count = best.departure, len(best.lights)
+    if departure is None:
         return []
     result = []
-    for one in every:
-        if one.departure.name == best.departure.name and len(one.lights) != len(best.lights):
-            same = len(one.unknowns) == len(best.unknowns)
-            u = best.unknowns if same else one.unknowns
-            result.append(fitted(evidence, one.lights, one.departure, u, QUICK))
+    for lights in sets:
+        if len(lights) in (count - 2, count - 1, count + 1):
+            start = departure.starts(evidence.lit(lights))[0]
+            u = best.unknowns if len(start) == len(best.unknowns) else start
+            result.append(fitted(evidence, lights, departure, u, QUICK))
     return finished(evidence, result)[:1]
 
 

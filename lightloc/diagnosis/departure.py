@@ -185,6 +185,8 @@ class Departure:
         unknown belongs to a light.
     more : callable
         The unknowns of k lights with those of one more: as they are where none belongs to a light.
+    width : callable, optional
+        How wide the unknowns make each of the lights, (k,); points where None.
     """
 
     kind: Kind
@@ -199,6 +201,7 @@ class Departure:
     rank: int = 0
     kept: Callable[[Array, NDArray[np.intp]], Array] = lambda u, some: u
     more: Callable[[Array, int], Array] = lambda u, k: u
+    width: Callable[[Array], Array] | None = None
 
 
 Maker = Callable[[Lit], list[Departure]]

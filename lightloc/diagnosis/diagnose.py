@@ -11,31 +11,37 @@ from scipy.optimize import linear_sum_assignment
 
 from lightloc.answer import Kind, Localization, Reason
 from lightloc.diagnosis.choice import (
-    Promise,
     attempts,
     best_of,
     first_of_each,
     grown,
     hope,
     is_explained,
+    level,
     plain,
     promises,
     pruned,
+    resumed,
     spread,
+    total,
 )
-from lightloc.diagnosis.departure import Evidence
+from lightloc.diagnosis.departure import Array, Evidence
 from lightloc.diagnosis.emission import lamps_found
 from lightloc.diagnosis.free import freed
 from lightloc.diagnosis.hanging import hung
 from lightloc.diagnosis.joint import Joint, fitted
 from lightloc.diagnosis.kinds import MAKERS
 from lightloc.diagnosis.telling import Diagnosis, told
-from lightloc.fit import Criterion, Problem, estimated_level, is_exact
+from lightloc.diagnosis.wide import panels_of, wide
+from lightloc.fit import Criterion, Problem, estimated_level, is_exact, working_sigma
 from lightloc.given import Geometry, Observations, Options, PointLights
 from lightloc.optics import reflected_ambient
 
-SAMPLE = 1024
-"""Observations that departures are asked of; what is told is then fitted to all."""
+SAMPLE, FITTED = 1024, 640
+"""Observations that departures are asked of, and fitted to; what is told is then fitted to all."""
+
+FEWER = 6
+"""Counts of lights, from none on, with which departures are asked beside that of an answer."""
 
 QUIETER, STILL = 5, 0.9
 """Times that an estimate of the noise is made again beside a departure, and the factor on it from
@@ -47,6 +53,10 @@ their own, any residual is so far off that Cauchy's loss is flat."""
 
 HALF = 0.5
 """Share that a departure must explain for lights to be claimed as they are beside it."""
+
+LAMPLIKE = 1.5
+"""Times what the best departure leaves and costs, that the lights as lamps may, to be looked for
+anew where something explains."""
 
 ALIKE = 2.0
 """Standard errors by which a light may move beside a departure, and nothing claimed changes."""
@@ -68,22 +78,39 @@ def diagnosed(
     right = found.reason in (Reason.CONVERGED, Reason.UNDECIDED)
     wrong = found.reason in (Reason.NO_GAIN, Reason.MOST_LIGHTS)
     few = any(v.kind is Kind.TOO_FEW for v in found.verdicts)
-    if few or not (wrong or (right and not found.width.any())):
+    wider = found.reason is Reason.EXTENDED and len(found.lights) > 1
+    if few or not (wrong or wider or (right and not found.width.any())):
         return found
     exact = is_exact(q) and right
     if exact and not o.free:
         return found
     whole = evidence_of(found, q, geometry, bounds, o, criterion)
     some = np.random.default_rng(seed).permutation(len(q))[:SAMPLE]
-    evidence = whole if len(q) <= SAMPLE else whole.rows_of(np.sort(some))
+    evidence = whole if len(q) <= FITTED else whole.rows_of(some)
     if o.free:
         return freed(found, whole, evidence, o)
+    if wider:
+        narrower = fewer_wide(found, whole, evidence)
+        return told(found, whole, narrower, o) if narrower else found
     base = plain(evidence, found.lights)
     explained = is_explained(evidence, base)
+    if not explained:
+        larger = unmoved(found, whole)
+        some = some[:FITTED] if len(evidence.q) > FITTED else np.arange(len(q))
+        whole = replace(whole, problem=replace(whole.problem, sigma=larger))
+        evidence = whole.rows_of(some)
+        base = plain(evidence, found.lights)
     asked = promises(evidence, found.lights, MAKERS, far=not explained)
-    if explained and not any(hope(evidence, one) < cost_of(evidence, base) for one in asked):
-        return hung(found, whole, o)
-    verdict = weighed(evidence, base, found, asked, explained, o.most_lights)
+    if explained:
+        asked = [one for one in asked if hope(evidence, one) < cost_of(evidence, base)]
+        if not asked:
+            return hung(found, whole, o)
+    fewer = [one.lights for one in found.counts if len(one.lights) < len(found.lights)]
+    sets = [found.lights, *fewer[:FEWER]]
+    for lights in sets[1:]:
+        asked += promises(evidence, lights, MAKERS)
+    joints = attempts(evidence, asked)
+    verdict = weighed(evidence, base, sets, joints, explained, o.most_lights)
     for _ in range(0 if criterion.likelihood.known else QUIETER):
         noise = 1.0 if verdict is None else estimated_level(verdict.best.residual)
         if verdict is None or verdict.best.departure is None or noise > STILL:
@@ -91,12 +118,27 @@ def diagnosed(
         # what was taken for noise was the departure: lights that it hid may show now
         whole, evidence = whole.quieter(noise), evidence.quieter(noise)
         again = plain(evidence, verdict.best.lights)
-        asked = promises(evidence, again.lights, MAKERS)
-        verdict = weighed(evidence, again, found, asked, False, o.most_lights)
+        joints = resumed(evidence, [verdict.best, *(one for one, _ in verdict.others)])
+        verdict = weighed(evidence, again, sets, joints, False, o.most_lights, first=False)
     if verdict is None:
         return hung(found, whole, o)
     answer = told(found, whole, verdict, o)
     return hung(found, whole, o) if right and is_same(found, answer.lights) else answer
+
+
+def unmoved(found: Localization, whole: Evidence) -> Array:
+    """(n, c) the standard errors, no less than what they would be of what is seen.
+
+    They were taken at the B of the lights found; where these are wrong, that is too dark at times.
+    """
+    sigma, seen = whole.problem.sigma, whole.problem.radiance
+    if whole.criterion.likelihood.known:
+        return sigma
+    result = sigma.copy()
+    for channel, B in enumerate((seen - found.residual * sigma).T):
+        order = np.argsort(B)
+        result[:, channel] = np.interp(seen[:, channel], B[order], sigma[order, channel])
+    return np.maximum(result, sigma)
 
 
 def is_same(found: Localization, lights: PointLights) -> bool:
@@ -119,20 +161,21 @@ def cost_of(evidence: Evidence, joint: Joint) -> float:
 def weighed(
     evidence: Evidence,
     base: Joint,
-    found: Localization,
-    asked: Sequence[Promise],
+    sets: Sequence[PointLights],
+    joints: Sequence[Joint],
     explained: bool,
     most: int,
+    first: bool = True,
 ) -> Diagnosis | None:
-    """All departures with all counts of lights; None where nothing is worth its price."""
-    every = list(asked)
-    for count in found.counts:
-        if len(count.lights) < len(found.lights):
-            every += promises(evidence, count.lights, MAKERS)
-    joints = [base, *attempts(evidence, every)]
-    if not any(is_shadows(one) and is_explained(evidence, one) for one in joints):
-        joints += lamps_found(evidence)
-    joints += spread(evidence, best_of(evidence, joints), every)
+    """What departures came to, and others with them; None where nothing is worth its price.
+
+    Lamps are looked for the ``first`` time.
+    """
+    joints = [base, *joints]
+    if first and may_be_lamps(evidence, joints):
+        lamps = lamps_found(evidence)
+        joints += [*lamps, *as_panels(evidence, lamps)]
+    joints += spread(evidence, best_of(evidence, joints), sets)
     best = grown(evidence, joints, most)
     if best.departure is not None:
         best = pruned(evidence, best)
@@ -150,9 +193,42 @@ def weighed(
     return Diagnosis(evidence, best, pairs, is_explained(evidence, best))
 
 
-def is_shadows(joint: Joint) -> bool:
-    """Whether it is the geometry that departs: no lamps look like that."""
-    return joint.departure is not None and joint.departure.kind is Kind.GEOMETRY
+def may_be_lamps(evidence: Evidence, joints: Sequence[Joint]) -> bool:
+    """Whether a search for lamps is worth its time.
+
+    It is not where another departure explains for far less than the lights as lamps.
+    """
+    if not any(is_explained(evidence, one) for one in joints):
+        return True
+    noise, best = level(joints), best_of(evidence, joints)
+    lamps = [one for one in joints if one.departure and one.departure.kind is Kind.EMISSION]
+    limit = LAMPLIKE * total(evidence, best, noise)
+    return any(total(evidence, one, noise) < limit for one in lamps)
+
+
+def as_panels(evidence: Evidence, lamps: Sequence[Joint]) -> list[Joint]:
+    """Lamps that do not explain, as panels: a panel is seen as a lamp from afar."""
+    return [
+        fitted(evidence, one.lights, panel, panel.starts(evidence.lit(one.lights))[0])
+        for one in lamps
+        if not is_explained(evidence, one)
+        for panel in [panels_of(evidence.lit(one.lights))]
+    ]
+
+
+def fewer_wide(found: Localization, whole: Evidence, evidence: Evidence) -> Diagnosis | None:
+    """Fewer lights that are patches, where they explain for less than many close together."""
+    rows = evidence.problem.rows
+    many = found.chi2 * rows + len(found.lights) * evidence.criterion.price(evidence.problem)
+    for count in found.counts:
+        if not 0 < len(count.lights) < len(found.lights):
+            continue
+        joints = attempts(evidence, promises(evidence, count.lights, (wide,)))
+        best = best_of(evidence, joints)
+        if is_explained(evidence, best) and total(evidence, best, 1.0) < many:
+            share = 1 - best.cost / max(plain(evidence, count.lights).cost, best.cost)
+            return Diagnosis(evidence, best, ((best, share),), explained=True)
+    return None
 
 
 def evidence_of(
@@ -165,6 +241,8 @@ def evidence_of(
 ) -> Evidence:
     """The observations that an answer is of, as they were used."""
     sigma = found.sigma
+    if q.sigma is not None and o.noise == "given":
+        sigma = np.maximum(sigma, working_sigma(q, o))
     if is_exact(q):
         B = np.abs(found.direct)
         sigma = np.hypot(sigma, COARSE * (B + 0.01 * B.mean()))

@@ -36,7 +36,10 @@ def encodings(lit: Lit) -> list[Departure]:
             pointwise(change),
             slope_of(change),
             fixed(np.array(STARTS)[:, None]),
-            lambda u, e: f"values are radiance to the power of {u[0]:.3f} ± {e[0]:.1g}",
+            lambda u, e: (
+                f"values are radiance to the power of {u[0]:.3f} ± {e[0]:.1g}, so that intensities "
+                "are told but for a common factor"
+            ),
             'Options(free=("gamma",)), or decode the values first',
             fixed(np.array(LIMITS)[:, None]),
         )

@@ -136,6 +136,7 @@ def freed(found: Localization, whole: Evidence, evidence: Evidence, o: Options) 
         moved(found, whole, joint, o),
         verdicts=tuple(verdicts),
         departures=apart,
+        relative=found.relative or "gamma" in o.free,
         reason=Reason.CONVERGED if explained else Reason.NO_GAIN,
         assumed=tuple(a for a in found.assumed if a not in [freed.get(name) for name in o.free]),
     )

@@ -16,6 +16,9 @@ Array = NDArray[np.float64]
 FEW, SHARE, MOST = 12, 0.01, 12
 """Observations, and their share, that a group has at least; groups that are asked."""
 
+FLATS = 24
+"""Directions that flat surfaces face, at most, for each to be one that may be tilted."""
+
 Group = tuple[str, NDArray[np.bool_]]
 """What it is, as a user reads it, and which of the n observations are of it."""
 
@@ -40,6 +43,25 @@ def groups_of(q: Observations) -> list[Group]:
         if len(kept) > 1:
             return [(words(which[i]), labels == which[i]) for i in kept]
     return []
+
+
+def sides_of(q: Observations) -> list[Group]:
+    """Observations that are tilted alike: those of a region that face the same way."""
+    region = np.zeros(len(q), int) if q.regions is None else np.asarray(q.regions)
+    exact = np.unique(q.normals.round(6), axis=0, return_inverse=True)[1].ravel()
+    way = exact if exact.max() < FLATS else facing(q.normals)
+    which, count = np.unique(
+        np.column_stack([region, way]), axis=0, return_inverse=True, return_counts=True
+    )[1:]
+    result = []
+    for i in np.argsort(-count, kind="stable")[:FLATS]:
+        on = which.ravel() == i
+        if count[i] < FEW:
+            break
+        side = SIDES[facing(q.normals[on].mean(axis=0)[None])[0]]
+        name = q.region_names[region[on][0]]
+        result.append((f"what faces {side}" + (f" in '{name}'" if name else ""), on))
+    return result
 
 
 SIDES = ("-x", "+x", "-y", "+y", "-z", "+z")

@@ -10,6 +10,7 @@ from lightloc.diagnosis.indirect import indirect
 from lightloc.diagnosis.material import materials
 from lightloc.diagnosis.normals import normals
 from lightloc.diagnosis.outside import outside
+from lightloc.diagnosis.wide import wide
 
 MAKERS: tuple[Maker, ...] = (
     materials,
@@ -18,6 +19,7 @@ MAKERS: tuple[Maker, ...] = (
     outside,
     normals,
     emission,
+    wide,
     shadows,
 )
 """Each gives the departures of its kind that are worth a question beside lights."""

@@ -8,8 +8,8 @@ import numpy as np
 
 from lightloc.answer import Kind
 from lightloc.diagnosis.departure import Array, Departure, Lit, Modelled, fixed
-from lightloc.diagnosis.groups import groups_of
-from lightloc.optics import Surfels, surfels
+from lightloc.diagnosis.groups import sides_of
+from lightloc.optics import Surfels, shading, surfels
 
 MOST = np.radians(20.0)
 """Of a tilt."""
@@ -22,7 +22,7 @@ def normals(lit: Lit) -> list[Departure]:
     """Each group of observations tilted about two axes of its own; about one in the plane."""
     evidence = lit.evidence
     q, n = evidence.q, len(evidence.q)
-    groups = groups_of(q)
+    groups = sides_of(q)
     if not groups:
         return []
     flat = len(evidence.problem.axes) == 2
@@ -41,14 +41,20 @@ def normals(lit: Lit) -> list[Departure]:
         return surfels(there, evidence.geometry, double=evidence.problem.surfels.double)
 
     def columns(lit: Lit, u: Array) -> Array:
-        result = np.zeros((n, q.channels, len(u)))
+        result, here = np.zeros((n, q.channels, len(u))), bright(lit, u)
         for way in range(ways):
             step = np.where(np.arange(len(u)) % ways == way, DELTA, 0.0)
-            ahead, behind = (lit.through(turned(u + side * step))[0] for side in (1, -1))
-            slope = np.einsum("nkc,kc->nc", (ahead - behind) / (2 * DELTA), lit.lights.intensities)
+            slope = (bright(lit, u + step) - here) / DELTA
             for i in range(len(groups)):
                 result[which == i, :, i * ways + way] = slope[which == i]
         return result
+
+    def bright(lit: Lit, u: Array) -> Array:
+        """(n, c) B of observations that lean."""
+        if not len(lit.lights):
+            return np.zeros((n, q.channels))
+        S = shading(turned(u), lit.lights.positions, None) * lit.seen.T[:, :, None]
+        return np.einsum("nkc,kc->nc", S, lit.lights.intensities)
 
     def model(lit: Lit, u: Array) -> Modelled:
         return lit.summed(*lit.through(turned(u)), columns(lit, u))

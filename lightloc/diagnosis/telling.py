@@ -29,7 +29,8 @@ from lightloc.fit import Bound, Fit, inseparable, level_of, resolution
 from lightloc.given import Options, PointLights
 
 PART = 0.2
-"""Share of what lights leave beyond noise that a kind must explain to be named beside the first."""
+"""Share of what lights leave beyond noise that a kind must explain to be named beside the first;
+where that explains all, all."""
 
 SPREAD = 1.17
 """Standard error of a standard deviation that is estimated by the median, times sqrt(n) over it."""
@@ -78,17 +79,18 @@ def told(found: Localization, whole: Evidence, diagnosis: Diagnosis, o: Options)
         fit = Fit(best.lights, best.residual, best.cost, whole.problem)
         kept = [unexplained(fit, whole.problem, tried=len(found.counts))]
     left = Reason.NO_GAIN if best.departure else found.reason
+    right = Reason.EXTENDED if answer.width.any() else Reason.UNDECIDED
     named = []
     for one, share in diagnosis.others:
         if one is diagnosis.best:
             named.append(said(whole, best, share, sure=explained))
-        elif share > PART:
+        elif share > PART and (not explained or is_explained(diagnosis.evidence, one)):
             named.append(said(diagnosis.evidence, one, share, sure=False))
     answer = replace(
         answer,
         verdicts=(*kept, *(verdict for verdict, _ in named), *rest),
         departures=tuple(departed for _, departed in named),
-        reason=Reason.UNDECIDED if explained else left,
+        reason=right if explained else left,
     )
     return judged(answer, whole.problem, o)
 
@@ -133,7 +135,8 @@ def moved(found: Localization, whole: Evidence, joint: Joint, o: Options) -> Loc
         spread = doubtful(whole, joint, noise)[:m, :m]
     errors = Bound.of(spread, problem.axes, k, c)
     top, _ = intensity_distance(whole.q, lights.positions, problem.geometry, MARGIN)
-    chi2 = joint.cost / problem.rows
+    assert joint.departure is not None
+    chi2, wide = joint.cost / problem.rows, joint.departure.width
     return replace(
         found,
         lights=lights,
@@ -145,8 +148,9 @@ def moved(found: Localization, whole: Evidence, joint: Joint, o: Options) -> Loc
         sigma=problem.sigma,
         inseparable=inseparable(lights, errors.position),
         resolution=resolution(problem, lights),
-        width=np.zeros(k),
+        width=wide(joint.unknowns) if wide else np.zeros(k),
         certificate=np.nan,
+        relative=found.relative or joint.departure.kind is Kind.ENCODING,
         chi2=chi2,
         history=(*found.history, Step("fit with what may be wrong", k, chi2)),
         noise=replace(found.noise, outliers=np.abs(joint.residual) > o.outlier),

@@ -131,6 +131,35 @@ def tilted():
     return noisy(wrong, radiance(q, LIGHT)), LIGHT
 
 
+def spots(middle, u, v):
+    """(64, 3) places over a patch with sides u and v."""
+    at = (np.arange(8) + 0.5) / 8 - 0.5
+    a, b = np.meshgrid(at, at)
+    return middle + a.reshape(-1, 1) * u + b.reshape(-1, 1) * v
+
+
+def patch():
+    """Two lights, one of which is 0.7 m by 0.5 m wide."""
+    q, places = believed(), spots(TWO.positions[0], [0.7, 0, 0], [0, 0.3, 0.4])
+    wide = shading(q, places)[:, :, 0].mean(axis=1, keepdims=True) * TWO.intensities[0]
+    other = PointLights(TWO.positions[1:], TWO.intensities[1:])
+    return noisy(q, wide + radiance(q, other)), TWO
+
+
+PANEL = PointLights([[1.5, 1.2, 2.45]], [20.0])
+
+
+def panel():
+    """A panel of 0.6 m under a ceiling that is not seen."""
+    q = believed()
+    q = q.at(np.flatnonzero(q.regions != 5))
+    places = spots(PANEL.positions[0], [0.6, 0, 0], [0, 0.6, 0])
+    off = q.positions[:, None] - places
+    slant = np.maximum(-off[:, :, 2], 0) / np.linalg.norm(off, axis=2)
+    light = (shading(q, places)[:, :, 0] * slant).mean(axis=1, keepdims=True)
+    return noisy(q, light * PANEL.intensities[0]), PANEL
+
+
 def too_loud():
     return noisy(believed(), radiance(believed(), LIGHT), louder=2.0), LIGHT
 
@@ -143,6 +172,8 @@ FAULTS = {
     ambient: Kind.INDIRECT,
     window: Kind.OUTSIDE,
     tilted: Kind.GEOMETRY,
+    patch: Kind.EXTENDED,
+    panel: Kind.EXTENDED,
     too_loud: Kind.NOISE,
 }
 
@@ -169,7 +200,10 @@ def test_a_fault_is_named_first_and_the_lights_are_those_that_are_there(fault):
     found = localize(q)
     kinds = [v.kind for v in found.verdicts if v.kind in set(FAULTS.values())]
     assert kinds[0] is FAULTS[fault]
-    assert found.reason is Reason.UNDECIDED
+    wide = FAULTS[fault] is Kind.EXTENDED
+    assert found.reason is (Reason.EXTENDED if wide else Reason.UNDECIDED)
+    assert found.width.any() == wide
+    assert found.relative == (fault is gamma)
     assert off(found, lights) < FAR
 
 
