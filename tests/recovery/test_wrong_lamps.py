@@ -94,7 +94,8 @@ def single(B: NDArray) -> float:
 def test_lit_is_not_dark(name, cut, rng):
     """The answer has a light, and is not sure of it; three quarters of B are explained, or two
     thirds of what the best single point does; darkness explains nothing (the control). A downlight
-    is told as what it is, where it is; no lamp of that kind has a spotlight's edge."""
+    is told as what it is, within its errors (2.9 of them here, as is the least that any place, axis
+    and exponent leave); no lamp of that kind has a spotlight's edge."""
     q = seen(*WRONG[name], rng, cut)
     B = q.radiance[:, 0]
     found = localize(q)
@@ -102,7 +103,8 @@ def test_lit_is_not_dark(name, cut, rng):
         assert found.reason is Reason.UNDECIDED
         assert found.verdicts[0].kind is Kind.EMISSION
         (p,) = found.lights.positions
-        assert np.linalg.norm(p - LAMP) < (0.1 if "noise" in name else 0.001)
+        assert (np.abs(p - LAMP) < 4 * found.position_error[0]).all()
+        assert found.position_error.max() < (0.05 if "noise" in name else 0.001)
     else:
         assert found.reason is Reason.NO_GAIN
         assert found.verdicts[0].kind is Kind.UNEXPLAINED
