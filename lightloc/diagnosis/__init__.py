@@ -2,7 +2,7 @@
 
 For other rooms, in pipeline order:
 
-- `astray`: whether a departure explains with few lights what many found so far do not;
+- `astray`: whether a departure explains with few lights what many found so far do not.
 - `diagnosed`: an answer that says what is wrong with the model, and claims no light but for that.
 """
 
