@@ -175,6 +175,7 @@ def metal(load) -> tuple[render.Room, Observations]:
     return room, render.observe(room, points=1500, spp=1024, seed=3)
 
 
+@pytest.mark.long  # two minutes of a core
 def test_metal(metal):
     """Among metal walls footnote 1 leaves intensities some percent off; rendering does not."""
     room, q = metal
@@ -190,6 +191,7 @@ def test_metal(metal):
     assert verdict.worst_intensity_percent < 3.0 < plain.worst_intensity_percent
 
 
+@pytest.mark.long  # two minutes of a core
 def test_another_room_is_noticed(sphere):
     """Negative control: the surfaces of another albedo do not explain what is seen."""
     room, q = sphere
