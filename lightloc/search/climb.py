@@ -97,7 +97,7 @@ def noted(stage: Stage, front: Descents, ladder: Ladder) -> Ladder:
 def resumed(ladder: Ladder, lights: PointLights) -> Ladder:
     """Go on from lights: where they explain what is seen, they are not questioned further.
 
-    Unless there is a place for another light, of which the few that lie anywhere are what it lights.
+    Unless there is a place for another light: outliers may be what it lights.
     """
     view = ladder.view
     fit = sharpened(view.tight, Descents.at(lights), view.criterion)
