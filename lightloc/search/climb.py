@@ -95,8 +95,15 @@ def noted(stage: Stage, front: Descents, ladder: Ladder) -> Ladder:
 
 
 def resumed(ladder: Ladder, lights: PointLights) -> Ladder:
-    """Go on from lights: where they explain what is seen, they are not questioned further."""
+    """Go on from lights: where they explain what is seen, they are not questioned further.
+
+    Unless there is a place for another light: outliers may be what it lights.
+    """
     view = ladder.view
     fit = sharpened(view.tight, Descents.at(lights), view.criterion)
     ladder = ladder.with_("start", fit)
-    return ladder if view.criterion.is_explained(view.tight, ladder.best) else climbed(ladder)
+    tight, criterion = view.tight, view.criterion
+    if not criterion.is_explained(tight, ladder.best):
+        return climbed(ladder)
+    peak, _ = view.certificate(tight, ladder.best)
+    return ladder if peak**2 < criterion.price(tight) else climbed(ladder)
