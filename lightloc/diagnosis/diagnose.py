@@ -201,6 +201,8 @@ def may_be_lamps(evidence: Evidence, joints: Sequence[Joint]) -> bool:
     if not any(is_explained(evidence, one) for one in joints):
         return True
     noise, best = level(joints), best_of(evidence, joints)
+    if best.departure and best.departure.kind in (Kind.EXTENDED, Kind.INDIRECT):
+        return True  # they are as smooth
     lamps = [one for one in joints if one.departure and one.departure.kind is Kind.EMISSION]
     limit = LAMPLIKE * total(evidence, best, noise)
     return any(total(evidence, one, noise) < limit for one in lamps)
