@@ -51,6 +51,10 @@ COARSE = 1e-3
 """Of B, and a hundredth of it of its mean: the errors of exact data where the model is wrong. By
 their own, any residual is so far off that Cauchy's loss is flat."""
 
+DARKER = 2.0
+"""Times a standard error at the model's B that it is at what is seen, for that to be taken: the
+model is too dark there. Else it is not, since what is seen has noise."""
+
 HALF = 0.5
 """Share that a departure must explain for lights to be claimed as they are beside it."""
 
@@ -138,7 +142,7 @@ def unmoved(found: Localization, whole: Evidence) -> Array:
     for channel, B in enumerate((seen - found.residual * sigma).T):
         order = np.argsort(B)
         result[:, channel] = np.interp(seen[:, channel], B[order], sigma[order, channel])
-    return np.maximum(result, sigma)
+    return np.where(result > DARKER * sigma, result, sigma)
 
 
 def is_same(found: Localization, lights: PointLights) -> bool:
@@ -244,7 +248,8 @@ def evidence_of(
     """The observations that an answer is of, as they were used."""
     sigma = found.sigma
     if q.sigma is not None and o.noise == "given":
-        sigma = np.maximum(sigma, working_sigma(q, o))
+        own = working_sigma(q, o)
+        sigma = np.where(own > DARKER * sigma, own, sigma)
     if is_exact(q):
         B = np.abs(found.direct)
         sigma = np.hypot(sigma, COARSE * (B + 0.01 * B.mean()))
