@@ -187,7 +187,8 @@ def weighed(
     if best.departure is not None:
         alone = fitted(evidence, best.lights, None, np.zeros(0))
     excess = max(alone.cost - evidence.problem.rows, 1.0)
-    if not is_explained(evidence, best) and alone.cost - best.cost < HALF * excess:
+    gained = min(alone.cost, base.cost) - best.cost
+    if not is_explained(evidence, best) and gained < HALF * excess:
         best = base
     if best.departure is None and explained:
         return None
