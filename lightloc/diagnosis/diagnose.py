@@ -93,9 +93,12 @@ def diagnosed(
     evidence = whole if len(q) <= FITTED else whole.rows_of(some)
     if o.free:
         return freed(found, whole, evidence, o)
+    close = right and any(v.kind is Kind.CLUSTER for v in found.verdicts)
+    narrower = fewer_wide(found, whole, evidence) if wider or close else None
+    if narrower:
+        return told(found, whole, narrower, o)
     if wider:
-        narrower = fewer_wide(found, whole, evidence)
-        return told(found, whole, narrower, o) if narrower else found
+        return found
     base = plain(evidence, found.lights)
     explained = is_explained(evidence, base)
     if not explained:
