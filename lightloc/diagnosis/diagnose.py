@@ -51,6 +51,10 @@ COARSE = 1e-3
 """Of B, and a hundredth of it of its mean: the errors of exact data where the model is wrong. By
 their own, any residual is so far off that Cauchy's loss is flat."""
 
+DARKER = 2.0
+"""Times a standard error at the model's B that it is at what is seen, for that to be taken: the
+model is too dark there. Else it is not, since what is seen has noise."""
+
 HALF = 0.5
 """Share that a departure must explain for lights to be claimed as they are beside it."""
 
@@ -89,9 +93,12 @@ def diagnosed(
     evidence = whole if len(q) <= FITTED else whole.rows_of(some)
     if o.free:
         return freed(found, whole, evidence, o)
+    close = right and any(v.kind is Kind.CLUSTER for v in found.verdicts)
+    narrower = fewer_wide(found, whole, evidence) if wider or close else None
+    if narrower:
+        return told(found, whole, narrower, o)
     if wider:
-        narrower = fewer_wide(found, whole, evidence)
-        return told(found, whole, narrower, o) if narrower else found
+        return found
     base = plain(evidence, found.lights)
     explained = is_explained(evidence, base)
     if not explained:
@@ -138,7 +145,7 @@ def unmoved(found: Localization, whole: Evidence) -> Array:
     for channel, B in enumerate((seen - found.residual * sigma).T):
         order = np.argsort(B)
         result[:, channel] = np.interp(seen[:, channel], B[order], sigma[order, channel])
-    return np.maximum(result, sigma)
+    return np.where(result > DARKER * sigma, result, sigma)
 
 
 def is_same(found: Localization, lights: PointLights) -> bool:
@@ -183,7 +190,8 @@ def weighed(
     if best.departure is not None:
         alone = fitted(evidence, best.lights, None, np.zeros(0))
     excess = max(alone.cost - evidence.problem.rows, 1.0)
-    if not is_explained(evidence, best) and alone.cost - best.cost < HALF * excess:
+    gained = min(alone.cost, base.cost) - best.cost
+    if not is_explained(evidence, best) and gained < HALF * excess:
         best = base
     if best.departure is None and explained:
         return None
@@ -201,6 +209,8 @@ def may_be_lamps(evidence: Evidence, joints: Sequence[Joint]) -> bool:
     if not any(is_explained(evidence, one) for one in joints):
         return True
     noise, best = level(joints), best_of(evidence, joints)
+    if best.departure and best.departure.kind in (Kind.EXTENDED, Kind.INDIRECT):
+        return True  # they are as smooth
     lamps = [one for one in joints if one.departure and one.departure.kind is Kind.EMISSION]
     limit = LAMPLIKE * total(evidence, best, noise)
     return any(total(evidence, one, noise) < limit for one in lamps)
@@ -242,7 +252,8 @@ def evidence_of(
     """The observations that an answer is of, as they were used."""
     sigma = found.sigma
     if q.sigma is not None and o.noise == "given":
-        sigma = np.maximum(sigma, working_sigma(q, o))
+        own = working_sigma(q, o)
+        sigma = np.where(own > DARKER * sigma, own, sigma)
     if is_exact(q):
         B = np.abs(found.direct)
         sigma = np.hypot(sigma, COARSE * (B + 0.01 * B.mean()))

@@ -49,6 +49,8 @@ def shadows(lit: Lit) -> list[Departure]:
     lightened = float((turned & (lit.seen.T == 0)).any(axis=1).mean())
 
     def model(lit: Lit, u: Array) -> Modelled:
+        if not len(lit.lights):
+            return lit.plain
         S, slope = unshadowed(lit)
         same = turned.shape[1] == len(lit.lights)  # else lights were left out, or added
         other = turned if same else flipped(lit, S)

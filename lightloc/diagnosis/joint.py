@@ -179,6 +179,7 @@ def fitted(
     departure: Departure | None,
     u: Array,
     steps: int = STEPS,
+    fall: float = FALL,
 ) -> Joint:
     """Fit both, from lights and unknowns to begin with; the loss narrows as residuals fall."""
     x, limits = packed(evidence, lights, u), bounds(evidence, lights, departure, len(u))
@@ -187,7 +188,7 @@ def fitted(
         z = left(evidence, at(evidence, lights, departure, x).B)
         typical = float(np.quantile(np.abs(z), TYPICAL))
         width = max(least, min(width / 2, typical))
-        x = descended(evidence, lights, departure, x, limits, width, steps)
+        x = descended(evidence, lights, departure, x, limits, width, steps, fall)
         if width <= least:
             break
     there, u = unpacked(evidence, lights, x)
@@ -203,6 +204,7 @@ def descended(
     limits: tuple[Array, Array],
     width: float,
     steps: int,
+    fall: float,
 ) -> Array:
     """Levenberg-Marquardt at one width of the loss, within limits."""
     low, high = limits
@@ -231,7 +233,7 @@ def descended(
                 x, here, cost, weight, damping = trial, there, now, heavy, damping * SOFTER
                 break
             damping *= HARDER
-        if not before - cost > FALL * before:
+        if not before - cost > fall * before:
             break
         z = left(evidence, here.B)
     return x

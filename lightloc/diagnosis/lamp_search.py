@@ -71,8 +71,7 @@ def searched(problem: Problem, criterion: Criterion) -> LampFit:
         if more is None:
             break
         fits.append(more)
-        in_vain = len(fits) > 3 and more.cost > LITTLE**2 * fits[-3].cost
-        if more.cost < enough or in_vain:
+        if more.cost < enough:
             break
     best = fits[0]
     for fit in fits[1:]:

@@ -24,6 +24,7 @@ from lightloc.diagnosis.doubt import doubtful
 from lightloc.diagnosis.joint import Joint, covariance, fitted, lost
 from lightloc.diagnosis.kinds import MAKERS
 from lightloc.diagnosis.noise import WHITE, alike
+from lightloc.diagnosis.wide import PANELS, panels_of
 from lightloc.fields import intensity_distance
 from lightloc.fit import Bound, Fit, inseparable, level_of, resolution
 from lightloc.given import Options, PointLights
@@ -31,6 +32,10 @@ from lightloc.given import Options, PointLights
 PART = 0.2
 """Share of what lights leave beyond noise that a kind must explain to be named beside the first;
 where that explains all, all."""
+
+FALL = 1e-6
+"""Share of chi-square by which a step must lower it for another, where all observations are fitted.
+"""
 
 SPREAD = 1.17
 """Standard error of a standard deviation that is estimated by the median, times sqrt(n) over it."""
@@ -118,10 +123,13 @@ def on_all(whole: Evidence, joint: Joint, makers: Sequence[Maker] = MAKERS) -> J
     lights = PointLights(joint.lights.positions[order], joint.lights.intensities[order])
     lit, name = whole.lit(lights), joint.departure.name
     same = [one for maker in makers for one in maker(lit) if one.name == name]
+    if name == PANELS:
+        same = [panels_of(lit)]
     if not same:
         return plain(whole, lights)
     u, starts = joint.departure.kept(joint.unknowns, order), same[0].starts(lit)
-    return fitted(whole, lights, same[0], u if len(u) == starts.shape[1] else starts[0])
+    u = u if len(u) == starts.shape[1] else starts[0]
+    return fitted(whole, lights, same[0], u, fall=FALL)
 
 
 def moved(found: Localization, whole: Evidence, joint: Joint, o: Options) -> Localization:

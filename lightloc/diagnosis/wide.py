@@ -23,6 +23,9 @@ FINE, COARSE, MANY = 5, 3, 20_000
 HALF, LARGEST = 0.06, 0.3
 """Half sides to begin with, and at most, of the region's longest side."""
 
+BORDER = 1e-3
+"""Of the region's longest side: as near to its border, a light is at it."""
+
 EVEN = 2 / np.sqrt(3)
 """Twice the standard deviation of what is evenly bright along a side, in half sides."""
 
@@ -35,18 +38,18 @@ TRIAL = (
 
 
 def wide(lit: Lit) -> list[Departure]:
-    """All lights as patches, and as panels."""
-    if not len(lit.lights):
+    """All lights as patches, unless one is at the border: it may be outside."""
+    problem, (low, high) = lit.evidence.problem, lit.evidence.problem.bounds[:, None]
+    p, axes = lit.lights.positions, lit.evidence.problem.axes
+    near = np.minimum(p - low, high - p)[:, axes]
+    if not near.size or near.min() < BORDER * problem.size:
         return []
-    return [
-        departure(lit, PATCHES, patches, across),
-        departure(lit, PANELS, panels, before),
-    ]
+    return [departure(lit, PATCHES, patches, across)]
 
 
 def panels_of(lit: Lit) -> Departure:
-    """All lights as panels."""
-    return wide(lit)[1]
+    """All lights as panels, which lamps are asked for that do not explain: a small one is one."""
+    return departure(lit, PANELS, panels, before)
 
 
 def departure(
@@ -130,6 +133,7 @@ def summed(lit: Lit, u: Array, panel: bool) -> Modelled:
     m = len(at)
     places = np.repeat(lit.lights.positions, m, axis=0)
     places[:, axes] += np.einsum("mj,kjx->kmx", at, half).reshape(k * m, d)
+    places = np.clip(places, *problem.bounds)  # as lights are
     points = PointLights(places, np.ones((k * m, c)))
     S, slope = replace(lit, lights=points, memo={}).brought
     S, slope = S.reshape(n, k, m, c), slope.reshape(n, k, m, c, d)

@@ -139,11 +139,10 @@ def spots(middle, u, v):
 
 
 def patch():
-    """Two lights, one of which is 0.7 m by 0.5 m wide."""
-    q, places = believed(), spots(TWO.positions[0], [0.7, 0, 0], [0, 0.3, 0.4])
-    wide = shading(q, places)[:, :, 0].mean(axis=1, keepdims=True) * TWO.intensities[0]
-    other = PointLights(TWO.positions[1:], TWO.intensities[1:])
-    return noisy(q, wide + radiance(q, other)), TWO
+    """A light 1 m by 0.8 m wide."""
+    q, places = believed(), spots(LIGHT.positions[0], [1.0, 0, 0], [0, 0.5, 0.6])
+    wide = shading(q, places)[:, :, 0].mean(axis=1, keepdims=True) * LIGHT.intensities[0]
+    return noisy(q, wide), LIGHT
 
 
 PANEL = PointLights([[1.5, 1.2, 2.45]], [20.0])
