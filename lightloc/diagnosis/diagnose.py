@@ -191,7 +191,8 @@ def weighed(
         alone = fitted(evidence, best.lights, None, np.zeros(0))
     excess = max(alone.cost - evidence.problem.rows, 1.0)
     gained = min(alone.cost, base.cost) - best.cost
-    if not is_explained(evidence, best) and gained < HALF * excess:
+    vain = gained < HALF * excess or len(best.lights) > len(base.lights)
+    if not is_explained(evidence, best) and vain:
         best = base
     if best.departure is None and explained:
         return None

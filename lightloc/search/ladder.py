@@ -17,8 +17,9 @@ WRONG, LITTLE = 0.15, 0.45
 """Of B, in the median: what a wrong model could leave; the share that the last light before those
 must not leave."""
 
-KEPT = 1 - MOST_OUTLIERS
-"""Share of the residuals that tell what lights leave."""
+KEPT = (0.9, 1 - MOST_OUTLIERS)
+"""Share of the residuals that tell what lights leave; the same where errors follow a law, outliers
+apart."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,25 +86,27 @@ def adapted(view: View, fits: tuple[Fit, ...], stalled: int) -> int | None:
     The last that counts leaves `LITTLE` of what one fewer did, and the square of that of what two
     fewer did: a light may look good beside a poor fit of one fewer. None where it is not so.
     """
-    last, tight = fits[-1], view.tight
+    last, tight, lawful = fits[-1], view.tight, view.criterion.likelihood.lawful
     before = [fit for fit in fits[1:] if len(fit) <= len(last) - stalled]
     if view.rough or not before or min(view.criterion.squares(fit) for fit in fits) < tight.rows:
         return None
     B = np.maximum(tight.radiance, 0)
     off = np.abs(last.residual) * tight.sigma / (B + WRONG * B.mean())
-    fed = (left(last, f) > SHARE ** ((len(last) - len(f)) / STALLED) for f in before)
+    fed = (left(last, f, lawful) > SHARE ** ((len(last) - len(f)) / STALLED) for f in before)
     if np.median(off) > WRONG or not any(fed):
         return None
-    while any(left(before[-1], fit) > LITTLE**i for i, fit in enumerate(before[-2:-4:-1], 1)):
+    while any(
+        left(before[-1], fit, lawful) > LITTLE**i for i, fit in enumerate(before[-2:-4:-1], 1)
+    ):
         before.pop()
     return len(before[-1])
 
 
-def left(more: Fit, fewer: Fit) -> float:
+def left(more: Fit, fewer: Fit, lawful: bool) -> float:
     """The share that so many lights leave of the squares that fewer had left.
 
-    Without the largest fifth: outliers stay whatever lights there are.
+    Without the largest: outliers stay whatever lights there are.
     """
     squares = [np.sort(np.square(fit.residual).ravel()) for fit in (more, fewer)]
-    kept = round(KEPT * squares[0].size)
+    kept = round(KEPT[lawful] * squares[0].size)
     return float(squares[0][:kept].sum() / squares[1][:kept].sum())
