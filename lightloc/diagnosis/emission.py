@@ -20,10 +20,7 @@ NAME = "the emission of lights"
 TRIED = (1.0, 4.0, 15.0)
 """Exponents with which a light found is asked whether it is a lamp."""
 
-TRIAL = (
-    "these places, which are those of such lamps, with the intensities along their axes; to look "
-    "for lamps from the start is no option yet"
-)
+TRIAL = "the lights as told: such lamps stand there, with these intensities along their axes"
 
 
 def emission(lit: Lit) -> list[Departure]:

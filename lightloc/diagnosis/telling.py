@@ -109,8 +109,8 @@ def said(evidence: Evidence, joint: Joint, share: float, sure: bool) -> tuple[Ve
     errors = noise * np.sqrt(np.maximum(own, 0))
     first = "The model as given does not explain the data" if sure else "What is left is most like"
     sentence = (
-        f"{first}: {departure.said(joint.unknowns, errors)}. With {len(joint.lights)} light(s) "
-        f"that explains {100 * share:.0f} % of what they leave beyond noise; try {departure.trial}."
+        f"{first}: {departure.said(joint.unknowns, errors)}. With {len(joint.lights)} light(s), "
+        f"this explains {100 * share:.0f} % of what is left beyond noise; try {departure.trial}."
     )
     told = Departed(departure.kind, departure.name, joint.unknowns, errors, share, sentence)
     return Verdict(departure.kind, (), sentence), told
