@@ -129,6 +129,8 @@ def diagnosed(
         verdict = weighed(evidence, again, sets, joints, False, o.most_lights, first=False)
     if verdict is None:
         return hung(found, whole, o)
+    if found.reason is Reason.MOST_LIGHTS and not verdict.explained:
+        return found  # lights that may not be looked for would be taken for a departure
     answer = told(found, whole, verdict, o)
     return hung(found, whole, o) if right and is_same(found, answer.lights) else answer
 
