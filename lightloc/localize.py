@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from lightloc.answer import (
     Assumption,
@@ -34,7 +34,6 @@ from lightloc.fit import (
 )
 from lightloc.given import (
     Geometry,
-    Interreflecting,
     Limits,
     Observations,
     Options,
@@ -43,16 +42,18 @@ from lightloc.given import (
     remove_known,
 )
 from lightloc.interreflection import (
+    GATHERED,
     Choice,
     Indirect,
     Room,
     Source,
-    chosen,
     glanced,
     guessed,
+    may_gather,
     removed,
     rendering,
     rounds,
+    treatment,
     with_shared,
 )
 from lightloc.paper import Paper, Surface, published
@@ -160,16 +161,19 @@ def localize(
     used = ~limits.left_out
     rest = remove_known(measured, geometry, seed=seed)
     seen = without_black(rest)
-    if isinstance(o, Options) and seen.relative_sigma:
-        o = replace(o, noise="scaled")
-    if isinstance(o, Options) and seen.sigma is None:
-        o = replace(o, noise="estimate")
-    if isinstance(o, Options) and o.noise == "estimate":
-        seen = presumed(seen)
+    if isinstance(o, Options):
+        if seen.relative_sigma and o.noise == "given":
+            o = replace(o, noise="scaled")
+        if seen.sigma is None:
+            o = replace(o, noise="estimate")
+        if o.noise == "estimate":
+            seen = presumed(seen)
     region = Region.of(observations, geometry, bounds)
     direct, source, shared, choice = seen, None, None, Choice(Way.DIRECT, "")
     if seen.interreflected:
-        choice = treatment(o, seen, geometry, used, indirect, seed)
+        choice = treatment(
+            seen, geometry, not used.all(), indirect, seed, choose=isinstance(o, Options)
+        )
         if choice.way is Way.RENDERED:
             asked = None if isinstance(indirect, str) else indirect
             source = rendering(asked, geometry, seen, used, seed)
@@ -238,11 +242,6 @@ def settings(
     return o
 
 
-def may_gather(geometry: Geometry | None, indirect: Indirect | int | str | None) -> bool:
-    """Whether footnote 1 takes its radiance from the observations, all of which it then needs."""
-    return indirect == GATHERED or not (indirect or isinstance(geometry, Interreflecting))
-
-
 def looked_at(
     observations: Observations, geometry: Geometry | None, o: Options | Paper, gathers: bool
 ) -> tuple[Observations, Limits]:
@@ -270,29 +269,6 @@ def looked_at(
     if limits.step != observations.step:
         observations = replace(observations, step=limits.step)
     return observations if used.all() else observations.at(used), limits
-
-
-def treatment(
-    o: Options | Paper,
-    seen: Observations,
-    geometry: Geometry | None,
-    used: NDArray[np.bool_],
-    indirect: Indirect | int | str | None,
-    seed: int,
-) -> Choice:
-    """How interreflected light is to be treated: as asked, or else as the observations allow."""
-    if callable(indirect) or (indirect is not None and indirect != GATHERED):
-        return Choice(Way.RENDERED, "")
-    if geometry is None:
-        raise ValueError("interreflected light can't be removed without the geometry")
-    if indirect is None and isinstance(o, Options):
-        return chosen(seen, geometry, not used.all(), seed)
-    if not used.all():
-        raise ValueError(
-            "footnote 1 would gather from points that are saturated; give indirect, to render "
-            "interreflected light"
-        )
-    return Choice(Way.GATHERED, "")
 
 
 def by_rounds(
@@ -342,9 +318,6 @@ def silent(step: Step) -> None:
 METHODS: dict[str, type[Options] | type[Paper]] = {"search": Options, "paper": Paper}
 
 
-GATHERED = "gathered"
-"""Asks for footnote 1."""
-
 SILENT = 0.03
 """Chi-square per residual that float32's rounding leaves in exact observations (measured)."""
 
@@ -373,8 +346,8 @@ def searched(
     ladder = Ladder.on(view)
     ladder = resumed(ladder, start) if start else climbed(ladder)
     if criterion.likelihood.lawful:
-        seen = q if ground.some is None or len(q) == len(view.tight.radiance) else q.at(ground.some)
-        if not astray(seen, view.tight, criterion, ladder.fits, ladder.best):
+        looked = q if ground.some is None else q.at(ground.some)
+        if not astray(looked, view.tight, criterion, ladder.fits, ladder.best):
             ladder = by_law(ladder)
     if exact and len(ladder.best):
         ladder, whole = emptied(ladder, whole)

@@ -26,7 +26,7 @@ For other rooms, in pipeline order:
 - `in_the_unit`: an answer whose lights say their unit of length.
 - `MARGIN`: standard errors added to B when computing the bound D.
 - `localization`: builds a `Localization` from a fit.
-- `lawful`: what was taken for noise, by an estimated law.
+- `noise_by`: what was taken for noise, by an estimated law.
 - `judged`: an answer with the verdicts that follow from its errors.
 - `with_unknowns`: an answer without the intensities that nothing tells.
 - `hardly_gathered`: an answer for which footnote 1 did not apply.
@@ -40,8 +40,8 @@ from lightloc.answer.judge import (
     at_border,
     hardly_gathered,
     judged,
-    lawful,
     localization,
+    noise_by,
     with_unknowns,
 )
 from lightloc.answer.outliers import Outliers, Where, outliers_of
@@ -82,7 +82,7 @@ __all__ = [
     "in_the_unit",
     "MARGIN",
     "localization",
-    "lawful",
+    "noise_by",
     "judged",
     "with_unknowns",
     "hardly_gathered",

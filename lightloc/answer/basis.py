@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lightloc.fit import RATHER, outside
 from lightloc.given import PointLights
 
 
@@ -103,6 +104,32 @@ class Noise:
     read_error: NDArray[np.float64]
     shot_error: NDArray[np.float64]
     relative_error: NDArray[np.float64]
+
+    def leaving(self, residual: NDArray[np.float64]) -> Noise:
+        """The same with the outliers among (n, c) residuals, in standard errors.
+
+        Parameters
+        ----------
+        residual : (n, c) array
+            What the lights leave, in standard errors.
+
+        Returns
+        -------
+        Noise
+            The same, with other ``outliers`` and ``share``.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from lightloc import Noise, NoiseLaw
+        >>> one, nan, z = np.ones(1), np.full(1, np.nan), np.zeros((50, 1))
+        >>> noise = Noise(NoiseLaw.GIVEN, one, 0 * one, z > 0, 0.0, nan, nan, nan, nan, nan, nan)
+        >>> z[7] = 30.0
+        >>> np.flatnonzero(noise.leaving(z).outliers).tolist()
+        [7]
+        """
+        share, core = outside(residual)
+        return replace(self, outliers=core < RATHER, share=share)
 
 
 @dataclass(frozen=True, eq=False)

@@ -117,15 +117,15 @@ def localization(
 
 def noise_of(q: Observations, problem: Problem, fit: Fit, o: Options) -> Noise:
     """What was taken for noise: of the errors' common factor, where it was estimated, how large."""
-    share, core = outside(fit.residual)
-    one, unknown = np.ones(q.channels), np.full((6, q.channels), np.nan)
-    if o.noise == "given":
-        return Noise(NoiseLaw.GIVEN, one, 0 * one, core < RATHER, share, *unknown)
+    if o.noise == "estimate":
+        return noise_by(fit.law, fit.residual)
+    law, scale, error = NoiseLaw.GIVEN, np.ones(q.channels), np.zeros(q.channels)
     if o.noise == "scaled":
-        scale = np.median(problem.sigma / working_sigma(q, o), axis=0)
+        law, scale = NoiseLaw.SCALED, np.median(problem.sigma / working_sigma(q, o), axis=0)
         error = SPREAD * scale / np.sqrt(problem.rows)
-        return Noise(NoiseLaw.SCALED, scale, error, core < RATHER, share, *unknown)
-    return lawful(fit.law, fit.residual)
+    unknown = np.full((6, q.channels), np.nan)
+    none = np.zeros(fit.residual.shape, bool)
+    return Noise(law, scale, error, none, 0.0, *unknown).leaving(fit.residual)
 
 
 def chi_square(problem: Problem, fit: Fit, o: Options) -> float:
@@ -137,17 +137,16 @@ def chi_square(problem: Problem, fit: Fit, o: Options) -> float:
     return float(np.square(z).mean()) if z.size else np.nan
 
 
-def lawful(law: Law, residual: NDArray[np.float64]) -> Noise:
+def noise_by(law: Law, residual: NDArray[np.float64]) -> Noise:
     """The noise of an estimated law, which leaves (n, c) residuals."""
-    share, core = outside(residual)
-    one = np.ones(residual.shape[1])
+    one, none = np.ones(residual.shape[1]), np.zeros(residual.shape, bool)
     variance, error = law.variance.T, law.error.T
     read, relative = np.sqrt(variance[[0, 2]])
     known = np.where(np.isfinite(error[[0, 2]]), error[[0, 2]], 0)
     half = np.sqrt(variance[[0, 2]] + known) - np.sqrt(variance[[0, 2]])
     half = np.where(np.isfinite(error[[0, 2]]), half, np.inf)
     terms = (read, variance[1], relative, half[0], error[1], half[1])
-    return Noise(NoiseLaw.ESTIMATED, one, 0 * one, core < RATHER, share, *terms)
+    return Noise(NoiseLaw.ESTIMATED, one, 0 * one, none, 0.0, *terms).leaving(residual)
 
 
 def untold(found: Localization) -> NDArray[np.bool_]:

@@ -204,7 +204,8 @@ class Localization:
     @property
     def possible(self) -> tuple[int, ...]:
         """The numbers of lights that the observations allow, with a probability of 95 %."""
-        also = {len(count.lights) for count in self.counts if count.allowed}
+        explained = self.reason in (Reason.CONVERGED, Reason.UNDECIDED, Reason.EXTENDED)
+        also = {len(count.lights) for count in self.counts if count.allowed and explained}
         return tuple(sorted(also | {len(self.lights)}))
 
     @property

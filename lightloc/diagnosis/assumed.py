@@ -10,18 +10,19 @@ fit is as good as the points' are the errors widened.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from lightloc.answer import Kind, Verdict
+from lightloc.diagnosis.covered import Alternative
 from lightloc.diagnosis.departure import Array, Evidence
 from lightloc.diagnosis.joint import left, lost, whitened
 from lightloc.diagnosis.lamp_search import directions
-from lightloc.diagnosis.lamps import Freedom, LampFit, Lamps, errors_of, refined, seen_from
-from lightloc.fit import Bound, covariance_of
+from lightloc.diagnosis.lamps import Freedom, LampFit, Lamps, errors_of, refined
+from lightloc.diagnosis.score import Score
+from lightloc.fit import covariance_of
 from lightloc.given import PointLights
 from lightloc.units import length
 
@@ -42,38 +43,6 @@ BEST, STEPS = 2, 40
 
 AMBIENT = 0.1
 """Of the mean radiance: an ambient light that is no surprise."""
-
-NEARLY, TYPICAL = 1.15, 0.95
-"""Times the points' own cost that fewer lamps may leave to first order; share of the residuals that
-the loss takes as they are for that."""
-
-
-@dataclass(frozen=True, eq=False)
-class Alternative:
-    """Another model that explains the observations.
-
-    Parameters
-    ----------
-    lights : tuple of int
-        The lights that it is about.
-    name : str
-        What they would be, as a user reads it.
-    there
-        The lights under it.
-    spread : (m, m) array
-        Their covariance under it, ordered as that of the answer.
-    cost : float
-        The robust chi-square that it leaves.
-    lamps
-        The lamps that they would be; None where it is about something else.
-    """
-
-    lights: tuple[int, ...]
-    name: str
-    there: PointLights
-    spread: Array
-    cost: float
-    lamps: Lamps | None = None
 
 
 def alternatives(
@@ -97,74 +66,6 @@ def alternatives(
     if not ambient:
         found += dimly_lit(evidence, lights, score)
     return found, better
-
-
-@dataclass(frozen=True, eq=False)
-class Score:
-    """To first order, what a dipole of each light's emission would gain.
-
-    Parameters
-    ----------
-    basis : (rows, m) array
-        An orthonormal basis of all that the lights can adapt, under the weights of the fit.
-    left : (rows,) array
-        The residuals under these weights.
-    root : (n, c) array
-        The roots of the weights.
-    fisher : (k d, k d) array
-        Information on the dipoles beside the lights.
-    slope : (k d,) array
-        The residuals' correlation with them.
-    d : int
-        Free axes.
-    """
-
-    basis: Array
-    left: Array
-    root: Array
-    fisher: Array
-    slope: Array
-    d: int
-
-    @staticmethod
-    def of(evidence: Evidence, lights: PointLights, z: Array, weight: Array) -> Score:
-        """At lights that leave (n, c) residuals z."""
-        problem, lit, root = evidence.problem, evidence.lit(lights), np.sqrt(weight)
-        axes, (n, c) = problem.axes, problem.radiance.shape
-        J = (whitened(evidence, lit.plain) * root[:, :, None]).reshape(n * c, -1)
-        size = np.linalg.norm(J, axis=0)
-        basis = np.linalg.qr(J[:, size > 0] / size[size > 0])[0]
-        w = seen_from(problem, lights.positions)[0][:, :, axes]
-        own = (lit.brought[0] * lights.intensities).swapaxes(1, 2)  # (n, c, k)
-        D = own[..., None] * w[:, None] * (root / problem.sigma)[:, :, None, None]
-        D = D.reshape(n * c, -1)
-        D = D - basis @ (basis.T @ D)
-        rest = (z * root).ravel()
-        rest = rest - basis @ (basis.T @ rest)
-        return Score(basis, rest, root, D.T @ D, D.T @ rest, len(axes))
-
-    @property
-    def groups(self) -> list[tuple[int, ...]]:
-        """Each light by itself, and all of several alike."""
-        k = len(self.slope) // self.d
-        return [(i,) for i in range(k)] + [tuple(range(k))] * (k > 1)
-
-    def of_group(self, which: tuple[int, ...]) -> tuple[Array, Array]:
-        """Information (d, d) and slope (d,) of one dipole that these lights share."""
-        d = self.d
-        rows = [np.arange(i * d, i * d + d) for i in which]
-        F = sum((self.fisher[np.ix_(a, b)] for a in rows for b in rows), np.zeros((d, d)))
-        return F, sum((self.slope[a] for a in rows), np.zeros(d))
-
-    def lost(self, which: tuple[int, ...], axes: Array) -> Array:
-        """Chi-square (a,) that lamps cos^1 about (a, d) axes would lose, to first order."""
-        F, s = self.of_group(which)
-        return np.asarray(np.einsum("ax,xy,ay->a", axes, F, axes) - 2 * axes @ s)
-
-    def gain(self, which: tuple[int, ...]) -> float:
-        """Chi-square that any dipole would gain, to first order."""
-        F, s = self.of_group(which)
-        return float(s @ np.linalg.lstsq(F, s, rcond=1e-10)[0])
 
 
 def lamps(
@@ -199,29 +100,6 @@ def lamps(
         freedom = Freedom.of(best.lamps, score.d, alike=len(which) > 1)
         best = refined(problem, best.lamps, freedom, scale, STEPS)
     return kept, best
-
-
-def seen_as_fewer(evidence: Evidence, fewer: PointLights, cost: float) -> bool:
-    """Whether fewer lights that are lamps may explain as well as points that leave ``cost``.
-
-    To first order: with a dipole and a quadrupole of each light's emission.
-    """
-    lit, problem = evidence.lit(fewer), evidence.problem
-    z = left(evidence, lit.plain.B)
-    _, weight = lost(evidence, z, float(np.quantile(np.abs(z), TYPICAL)))
-    w = seen_from(problem, fewer.positions)[0][:, :, problem.axes]
-    a, b = np.triu_indices(len(problem.axes))
-    poles = np.concatenate([w, w[:, :, a] * w[:, :, b]], axis=2)
-    own = (lit.brought[0] * fewer.intensities).swapaxes(1, 2) / problem.sigma[:, :, None]
-    D = (own[..., None] * poles[:, None]).reshape(*z.shape, -1)
-    root = np.sqrt(weight)
-    J = np.concatenate([whitened(evidence, lit.plain), D], axis=2) * root[:, :, None]
-    J = J.reshape(z.size, -1)
-    size = np.linalg.norm(J, axis=0)
-    size[size == 0] = 1.0
-    rest = (z * root).ravel()
-    step = np.linalg.lstsq(J / size, rest, rcond=1e-10)[0]
-    return float(np.square(rest - J / size @ step).sum()) < NEARLY * max(cost, 1e-300)
 
 
 def start(lights: PointLights, which: tuple[int, ...], axis: Array) -> Lamps:
@@ -279,56 +157,6 @@ def shifted(evidence: Evidence, lights: PointLights, J: Array, score: Score) -> 
     )
     spread = covariance_of(J)[:m, :m]
     return Alternative(tuple(range(k)), "ambient", there, spread, 0.0)
-
-
-def covering(
-    covariance: Array, lights: PointLights, others: list[Alternative], axes: NDArray[np.intp]
-) -> Array:
-    """A covariance that is in no direction less than another model's, about the lights told."""
-    here = vector(lights, axes)
-    for one in others:
-        off = vector(one.there, axes) - here
-        covariance = joined(covariance, one.spread + np.outer(off, off))
-    return covariance
-
-
-def vector(lights: PointLights, axes: NDArray[np.intp]) -> Array:
-    """Free coordinates, then intensities."""
-    return np.concatenate([lights.positions[:, axes].ravel(), lights.intensities.ravel()])
-
-
-def joined(a: Array, b: Array) -> Array:
-    """A covariance that is in no direction less than either, and no larger than it must be.
-
-    Where one of them is not finite, it is the first's.
-
-    Examples
-    --------
-    >>> joined(np.diag([1.0, 4.0]), np.diag([9.0, 1.0])).round(6).tolist()
-    [[9.0, 0.0], [0.0, 4.0]]
-    """
-    known = np.flatnonzero(np.isfinite(np.diag(a)) & np.isfinite(np.diag(b)))
-    if len(known) < len(a):
-        result = a.copy()
-        some = np.ix_(known, known)
-        result[some] = joined(a[some], b[some]) if len(known) else a[some]
-        return result
-    size = np.sqrt(np.maximum(np.diag(a), np.diag(b)))
-    size[size == 0] = 1.0
-    values, vectors = np.linalg.eigh(a / np.outer(size, size))
-    root = np.sqrt(np.maximum(values, 1e-12 * max(values.max(initial=0), 1e-300)))
-    back = vectors / root
-    grown, turn = np.linalg.eigh(back.T @ (b / np.outer(size, size)) @ back)
-    half = (vectors * root) @ turn * np.sqrt(np.maximum(grown, 1.0))
-    return np.asarray(half @ half.T * np.outer(size, size))
-
-
-def errors(
-    covariance: Array, lights: PointLights, others: list[Alternative], axes: NDArray[np.intp]
-) -> Bound:
-    """Standard errors that cover the other models."""
-    wide = covering(covariance, lights, others, axes)
-    return Bound.of(wide, axes, *lights.intensities.shape)
 
 
 def hangs_on(lights: PointLights, others: list[Alternative], unit: str) -> Iterator[Verdict]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.cluster.vq import kmeans2
 
-from lightloc.diagnosis.assumed import joined
+from lightloc.diagnosis.covered import joined
 from lightloc.diagnosis.departure import Array, Evidence
 from lightloc.diagnosis.joint import Joint, covariance, lost, modelled, whitened
 

@@ -5,12 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 from lightloc.answer import Localization, judged
-from lightloc.diagnosis.assumed import alternatives, errors, hangs_on, seen_as_fewer
+from lightloc.diagnosis.assumed import alternatives, hangs_on
 from lightloc.diagnosis.choice import best_of, plain, pruned
+from lightloc.diagnosis.covered import errors
 from lightloc.diagnosis.departure import Evidence
 from lightloc.diagnosis.emission import joint_of_lamps, lamps_found
 from lightloc.diagnosis.joint import Joint
 from lightloc.diagnosis.lamp_search import spread_over
+from lightloc.diagnosis.score import seen_as_fewer
 from lightloc.diagnosis.telling import Diagnosis, told
 from lightloc.given import Options, PointLights
 

@@ -161,7 +161,8 @@ def moved(found: Localization, whole: Evidence, joint: Joint, o: Options) -> Loc
         relative=found.relative or joint.departure.kind is Kind.ENCODING,
         chi2=chi2,
         history=(*found.history, Step("fit with what may be wrong", k, chi2)),
-        noise=replace(found.noise, outliers=np.abs(joint.residual) > o.outlier),
+        noise=found.noise.leaving(joint.residual),
+        counts=tuple(replace(one, allowed=False) for one in found.counts),  # of the model as given
     )
 
 

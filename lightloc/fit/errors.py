@@ -40,7 +40,7 @@ class Errors:
     @staticmethod
     def of_law(fit: Fit, scale: float) -> Errors:
         """The law of what a fit leaves."""
-        sigma = fit.lawful
+        sigma = fit.sigma
         least = min(AT_LEAST / len(sigma), MOST_OUTLIERS)
         share = np.maximum(fit.law.share, least)
         return Errors(

@@ -163,7 +163,7 @@ class Fit:
         return self.problem.law_of(self.model, left, len(self) * each)
 
     @property
-    def lawful(self) -> NDArray[np.float64]:
+    def sigma(self) -> NDArray[np.float64]:
         """(n, c) standard errors by that law."""
         return self.problem.errors_by(self.law, self.model)
 

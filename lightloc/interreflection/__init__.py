@@ -6,7 +6,9 @@ For other rooms, in pipeline order:
 - `removed`: the same with the errors that neighbours share.
 - `with_shared`: an answer whose errors hold these.
 - `Choice`: how interreflected light is treated, and why.
-- `chosen`: footnote 1 where it applies, and else rendering.
+- `GATHERED`: asks for footnote 1.
+- `may_gather`: whether footnote 1 may take its radiance from the observations.
+- `treatment`: the choice, as asked, or as the observations allow.
 - `guessed`: a first guess at the direct part.
 - `Indirect`: renders the indirect light of a light of intensity 1.
 - `Source`: the same for chosen lights, at all observations or at some.
@@ -20,7 +22,7 @@ For other rooms, in pipeline order:
 """
 
 from lightloc.interreflection.all_light import Split, spread, straight
-from lightloc.interreflection.choice import Choice, chosen
+from lightloc.interreflection.choice import GATHERED, Choice, may_gather, treatment
 from lightloc.interreflection.footnote_1 import remove_indirect, removed
 from lightloc.interreflection.guess import guessed
 from lightloc.interreflection.rendered import Indirect, Source, rendering
@@ -32,7 +34,9 @@ __all__ = [
     "removed",
     "with_shared",
     "Choice",
-    "chosen",
+    "GATHERED",
+    "may_gather",
+    "treatment",
     "guessed",
     "Indirect",
     "Source",

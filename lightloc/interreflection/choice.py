@@ -12,6 +12,7 @@ from lightloc.backend import types
 from lightloc.given import Geometry, Interreflecting, Observations
 from lightloc.interreflection.footnote_1 import RadianceCache, is_told
 from lightloc.interreflection.gloss import glossiness, hemisphere
+from lightloc.interreflection.rendered import Indirect
 from lightloc.optics import surfels
 
 COVERED = 0.9
@@ -24,6 +25,16 @@ more than it can tell (measured)."""
 
 SAMPLE, RAYS = 256, 64
 """Observations that are asked what shines on them, and rays from each."""
+
+
+GATHERED = "gathered"
+"""Asks for footnote 1."""
+
+NOT_GATHERED = (
+    "footnote 1 would gather from points that are saturated; give indirect, to render "
+    "interreflected light"
+)
+"""Why that can't be done."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +56,34 @@ class Choice:
     doubtful: bool = False
 
 
+def may_gather(geometry: Geometry | None, indirect: Indirect | int | str | None) -> bool:
+    """Whether footnote 1 takes its radiance from the observations, all of which it then needs."""
+    return indirect == GATHERED or not (indirect or isinstance(geometry, Interreflecting))
+
+
+def treatment(
+    q: Observations,
+    geometry: Geometry | None,
+    saturated: bool,
+    indirect: Indirect | int | str | None,
+    seed: int,
+    choose: bool = True,
+) -> Choice:
+    """How interreflected light is to be treated: as asked, or else as the observations allow.
+
+    ``saturated`` is whether observations were left out; unless one may ``choose``, it is gathered.
+    """
+    if callable(indirect) or (indirect is not None and indirect != GATHERED):
+        return Choice(Way.RENDERED, "")
+    if geometry is None:
+        raise ValueError("interreflected light can't be removed without the geometry")
+    if indirect is None and choose:
+        return chosen(q, geometry, saturated, seed)
+    if saturated:
+        raise ValueError(NOT_GATHERED)
+    return Choice(Way.GATHERED, "")
+
+
 def chosen(q: Observations, geometry: Geometry, saturated: bool, seed: int = 0) -> Choice:
     """Footnote 1 where it applies, rendering where it does not and the geometry can render.
 
@@ -61,10 +100,7 @@ def chosen(q: Observations, geometry: Geometry, saturated: bool, seed: int = 0) 
         return Choice(Way.RENDERED, "Readings of irradiance do not tell what surfaces send.")
     if saturated:
         if not can:
-            raise ValueError(
-                "footnote 1 would gather from points that are saturated; give indirect, to render "
-                "interreflected light"
-            )
+            raise ValueError(NOT_GATHERED)
         return Choice(Way.RENDERED, "Some of the observations are saturated.")
     glossy, share = glossiness(q, seed), coverage(q, geometry, seed)
     said = f"The observations cover {100 * share:.0f} % of what surfaces shine on them"

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from lightloc.answer import MARGIN, Kind, Localization, Reason, judged, mirrored, unexplained
 from lightloc.fields import intensity_distance
-from lightloc.fit import RATHER, Criterion, Fit, Problem, inseparable, level_of, outside, resolution
+from lightloc.fit import Criterion, Fit, Problem, inseparable, level_of, resolution
 from lightloc.given import Options
 from lightloc.interreflection.all_light import Split, spread
 
@@ -34,7 +34,7 @@ def concluded(
     errors = spread(split, lights, problem)
     criterion, direct = Criterion.of(o), split.direct(lights.intensities)
     z, cost = split.residual(lights.intensities), split.cost(lights.intensities)
-    k, (share, core) = len(lights), outside(z)
+    k = len(lights)
     posed = replace(problem, radiance=direct.radiance, sigma=direct.known_sigma)
     fit = Fit(lights, z, cost, posed)
     top, _ = intensity_distance(direct, lights.positions, problem.geometry, margin=MARGIN)
@@ -61,7 +61,7 @@ def concluded(
         sigma=direct.known_sigma,
         residual=z,
         chi2=cost / problem.rows,
-        noise=replace(found.noise, outliers=core < RATHER, share=share),
+        noise=found.noise.leaving(z),
         counts=tuple(
             replace(one, lights=lights, chi2=cost / problem.rows) if len(one.lights) == k else one
             for one in found.counts

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from lightloc.answer import Kind, Localization, Reason, Step, Verdict, lawful
+from lightloc.answer import Kind, Localization, Reason, Step, Verdict, noise_by
 from lightloc.fit import Law, Problem, estimated_level, law_left, working_sigma
 from lightloc.given import Observations, Options, PointLights
 from lightloc.interreflection.all_light import REFITS, Split, above_zero, straight, together
@@ -209,9 +209,9 @@ def refined(
         noise = replace(noise, scale=scale, scale_error=noise.scale_error / noise.scale * scale)
     elif o.noise == "estimate":
         for _ in range(REFITS):
-            split, law = by_law(split, lights, unknowns)
+            split, law = with_law(split, lights, unknowns)
             lights, split, errors = together(split, lights, problem)
-        noise = lawful(law, split.residual(lights.intensities))
+        noise = noise_by(law, split.residual(lights.intensities))
     now = replace(
         found,
         lights=lights,
@@ -236,7 +236,7 @@ def scaled(split: Split, lights: PointLights, parameters: int) -> tuple[Split, f
     return split, scale
 
 
-def by_law(split: Split, lights: PointLights, parameters: int) -> tuple[Split, Law]:
+def with_law(split: Split, lights: PointLights, parameters: int) -> tuple[Split, Law]:
     """The split with standard errors of B by the law of what is left of all light.
 
     The rendering's own error is known, and is no part of that law.

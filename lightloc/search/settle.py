@@ -54,7 +54,7 @@ def settled(whole: Problem, ladder: Ladder) -> tuple[Fit, Problem]:
         fit = pruned(whole, sharpened(whole, Descents.at(fit.lights), criterion), criterion)
     if lawful:
         for _ in range(REWEIGHTED):
-            whole = replace(whole, sigma=fit.lawful)
+            whole = replace(whole, sigma=fit.sigma)
             fit = fit_of(whole, fit.lights, criterion.likelihood.scale)
             some = criterion.trusted(whole, fit)
             there = sharpened(some, Descents.at(fit.lights), criterion)

@@ -144,6 +144,6 @@ def told(
         verdicts=tuple(verdicts),
         chi2=fit.cost / own.rows,
         history=(*found.history, Step("the one light that explains most", 1, fit.cost / own.rows)),
-        noise=replace(found.noise, outliers=np.abs(fit.residual) > o.outlier),
+        noise=found.noise.leaving(fit.residual),
     )
     return judged(answer, doubtful, o)

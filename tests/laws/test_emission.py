@@ -14,7 +14,7 @@ import pytest
 from numpy.typing import NDArray
 
 from lightloc import Kind, Lambert, Observations, PointLights, Reason, localize, radiance
-from lightloc.diagnosis.assumed import joined
+from lightloc.diagnosis.covered import joined
 from lightloc.diagnosis.lamps import Lamps, model_of, stepped
 from lightloc.fit import Problem
 

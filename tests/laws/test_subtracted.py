@@ -68,5 +68,5 @@ def test_errors_hold_both(problem):
 
 
 def test_what_is_left_is_noise_by_that_law(problem):
-    fit = fit_of(replace(problem, sigma=fit_of(problem, LIGHTS, np.inf).lawful), LIGHTS, np.inf)
+    fit = fit_of(replace(problem, sigma=fit_of(problem, LIGHTS, np.inf).sigma), LIGHTS, np.inf)
     assert abs(fit.residual.std() - 1) < Z99 / np.sqrt(2 * N)

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from validation.jobs import Ended
-from validation.records import Row
 from validation.studies.coverage import Z95, right
 from validation.studies.crossing import crossed
 from validation.studies.many import converged
@@ -25,7 +24,7 @@ from validation.studies.measures import (
     typical,
 )
 from validation.studies.scenes import numbered
-from validation.studies.study import EVERY, Measure, Study
+from validation.studies.study import EVERY, Measure, Study, pooled
 
 LABELS = {
     "exact": "exact",
@@ -99,12 +98,6 @@ def doubt(record: Fields) -> str | None:
     return f"{', '.join(said)} ({room}, {wild}; allowed {record['allowed']:.2f})"
 
 
-def said(rows: Sequence[Row]) -> str:
-    whole = rows[-1]
-    titles = ("Right count", "Of the allowed", "No ghost", "Coverage")
-    return "; ".join(f"{title}: {whole.cell(title).text}" for title in titles) + "."
-
-
 STUDY = Study(
     name="crossed",
     title="Noise that nobody knows",
@@ -165,7 +158,7 @@ STUDY = Study(
         Measure("Max (s)", "of the search on one thread", duration(max)),
     ),
     label=lambda row: LABELS[row],
-    said=said,
+    said=pooled("Right count", "Of the allowed", "No ghost", "Coverage"),
     doubt=doubt,
     together=True,
 )

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from validation.jobs import Ended
-from validation.records import Row
 from validation.studies.fault import fault
 from validation.studies.fault_models import MODELS
 from validation.studies.many import converged
@@ -24,7 +23,7 @@ from validation.studies.measures import (
     worst,
 )
 from validation.studies.scenes import numbered
-from validation.studies.study import EVERY, Measure, Study
+from validation.studies.study import EVERY, Measure, Study, pooled
 
 LABELS = {
     "right": "nothing wrong (control)",
@@ -117,12 +116,6 @@ def doubt(record: Fields) -> str | None:
     return ", ".join(said) or None
 
 
-def said(rows: Sequence[Row]) -> str:
-    whole = rows[-1]
-    titles = ("Too many", "Sure elsewhere", "Named first")
-    return "; ".join(f"{title}: {whole.cell(title).text}" for title in titles) + "."
-
-
 STUDY = Study(
     name="faults",
     title="What is believed of the room is wrong",
@@ -178,7 +171,7 @@ STUDY = Study(
         Measure("Max (s)", "of the search on one thread", duration(max)),
     ),
     label=lambda row: LABELS[row],
-    said=said,
+    said=pooled("Too many", "Sure elsewhere", "Named first"),
     doubt=doubt,
     together=True,
 )

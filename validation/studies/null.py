@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-from validation.records import Row
 from validation.studies.coverage import right
 from validation.studies.many import converged
 from validation.studies.measures import Fields, at_most, bounded, duration, tally
 from validation.studies.null_trial import ROWS, null
 from validation.studies.scenes import numbered
-from validation.studies.study import EVERY, Measure, Study
+from validation.studies.study import EVERY, Measure, Study, pooled
 
 LABELS = {
     "2d-stated": "2D, standard errors stated",
@@ -41,10 +38,6 @@ def doubt(record: Fields) -> str | None:
     return None if right(record) else f"{record['found']} lights, of {record['lights']}"
 
 
-def said(rows: Sequence[Row]) -> str:
-    return f"One light too many: {rows[-1].cell('Too many').text}."
-
-
 STUDY = Study(
     name="null",
     title="Lights that are not there",
@@ -68,7 +61,7 @@ STUDY = Study(
         Measure("Max (s)", "of the search on one thread", duration(max)),
     ),
     label=lambda row: LABELS[row],
-    said=said,
+    said=pooled("Too many"),
     doubt=doubt,
     together=True,
 )

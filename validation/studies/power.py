@@ -9,7 +9,7 @@ from validation.records import Curve, Line, Row
 from validation.studies.measures import Fields, at_most, bounded, duration, tally
 from validation.studies.power_trial import STRENGTHS, power
 from validation.studies.scenes import numbered
-from validation.studies.study import EVERY, Measure, Study
+from validation.studies.study import EVERY, Measure, Study, pooled
 
 
 def found(record: Fields) -> bool:
@@ -28,11 +28,6 @@ def doubt(record: Fields) -> str | None:
     if by_ratio(record) and not found(record):
         return f"not found, though it gains {record['gain']:.0f} of {record['needed']:.0f} needed"
     return "too many lights" if too_many(record) else None
-
-
-def said(rows: Sequence[Row]) -> str:
-    whole = rows[-1]
-    return f"Found: {whole.cell('Found').text}; by the ratio: {whole.cell('By the ratio').text}."
 
 
 def curve(rows: Sequence[Row], ended: Sequence[Ended]) -> Curve:
@@ -78,7 +73,7 @@ STUDY = Study(
         Measure("Max (s)", "of the search on one thread", duration(max)),
     ),
     label=lambda row: f"{row.removeprefix('x')} × the least",
-    said=said,
+    said=pooled("Found", "By the ratio"),
     doubt=doubt,
     together=True,
     curve=curve,

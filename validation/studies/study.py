@@ -78,6 +78,11 @@ class Study:
     curve: Callable[[Sequence[Row], Sequence[Ended]], Curve | None] = lambda rows, scenes: None
 
 
+def pooled(*titles: str) -> Callable[[Sequence[Row]], str]:
+    """A `Study.said` that gives these cells of the row over all scenes."""
+    return lambda rows: "; ".join(f"{title}: {rows[-1].cell(title).text}" for title in titles) + "."
+
+
 def tabulate(study: Study, names: Sequence[str], ended: Mapping[str, Ended]) -> list[Row]:
     """The rows, in the order of the names, and at last the one over all of them."""
     rows: dict[str, list[str]] = {}
