@@ -15,6 +15,7 @@ from lightloc.answer.verdicts import DECISIVE, Kind, Verdict, clusters, uncertai
 from lightloc.fields import intensity_distance
 from lightloc.fit import (
     RATHER,
+    SPREAD,
     Bound,
     Fit,
     Law,
@@ -25,9 +26,6 @@ from lightloc.fit import (
     working_sigma,
 )
 from lightloc.given import Limits, Observations, Options, PointLights
-
-SPREAD = 1.17
-"""Standard error of a standard deviation that is estimated by the median, times sqrt(n) over it."""
 
 RARE = 0.00135
 """Chance that a Gaussian error exceeds `MARGIN`; of any error at all, where sigma is estimated."""

@@ -12,6 +12,7 @@ from scipy.cluster.vq import kmeans2
 from lightloc.diagnosis.covered import joined
 from lightloc.diagnosis.departure import Array, Evidence
 from lightloc.diagnosis.joint import Joint, covariance, lost, modelled, whitened
+from lightloc.given import with_facing
 
 PATCHES = 24
 """So many patches of observations, at most a tenth of their number."""
@@ -26,7 +27,7 @@ def doubtful(evidence: Evidence, joint: Joint, noise: float) -> Array:
     _, weight = lost(evidence, joint.residual)
     pulls = np.einsum("ncu,nc->nu", whitened(evidence, one), weight * joint.residual)
     q = evidence.q
-    near = np.concatenate([q.positions, q.normals * q.diagonal / 4], axis=1)
+    near = with_facing(q)
     count = max(2, min(PATCHES, len(q) // 10))
     _, patch = kmeans2(near, count, seed=0, minit="++")
     sums = np.zeros((count, pulls.shape[1]))

@@ -15,6 +15,7 @@ from lightloc.answer import Kind
 from lightloc.diagnosis.departure import Array, Departure, Lit, Modelled, fixed
 from lightloc.diagnosis.joint import left
 from lightloc.fit import cauchy
+from lightloc.given import with_facing
 from lightloc.optics import slopes
 
 NAME = "the shadows"
@@ -119,7 +120,7 @@ def flipped(lit: Lit, S: Array) -> NDArray[np.bool_]:
 def is_patchy(lit: Lit, turned: NDArray[np.bool_]) -> bool:
     """Whether observations that are turned lie beside others that are, of the same light."""
     q = lit.evidence.q
-    near = np.concatenate([q.positions, q.normals * q.diagonal / 4], axis=1)
+    near = with_facing(q)
     some = turned.any(axis=1)
     _, index = cKDTree(near).query(near[some], min(NEIGHBOURS + 1, len(near)))
     own = turned[some].argmax(axis=1)

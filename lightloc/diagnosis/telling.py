@@ -23,10 +23,9 @@ from lightloc.diagnosis.departure import Evidence, Maker
 from lightloc.diagnosis.doubt import doubtful
 from lightloc.diagnosis.joint import Joint, covariance, fitted, lost
 from lightloc.diagnosis.kinds import MAKERS
-from lightloc.diagnosis.noise import WHITE, alike
 from lightloc.diagnosis.wide import PANELS, panels_of
 from lightloc.fields import intensity_distance
-from lightloc.fit import Bound, Fit, inseparable, level_of, resolution
+from lightloc.fit import SPREAD, Bound, Fit, correlation, inseparable, level_of, resolution
 from lightloc.given import Options, PointLights
 
 PART = 0.2
@@ -36,9 +35,6 @@ where that explains all, all."""
 FALL = 1e-6
 """Share of chi-square by which a step must lower it for another, where all observations are fitted.
 """
-
-SPREAD = 1.17
-"""Standard error of a standard deviation that is estimated by the median, times sqrt(n) over it."""
 
 LOUDER = 1.5
 """Chi-square per residual that is noise still where the errors are larger than was said: they need
@@ -168,11 +164,11 @@ def moved(found: Localization, whole: Evidence, joint: Joint, o: Options) -> Loc
 
 def is_louder(whole: Evidence, here: Joint) -> bool:
     """Whether what is left is noise but for its size: and alike at no neighbours."""
-    noise = level_of(here.residual)
+    noise, problem = level_of(here.residual), whole.problem
     scaled = here.residual / max(1.0, noise)
-    cost = lost(whole, scaled)[0]
-    quiet = cost < LOUDER * whole.problem.rows
-    return quiet and noise > 1 and alike(whole, here.residual) < WHITE
+    quiet = lost(whole, scaled)[0] < LOUDER * problem.rows
+    pattern = correlation(scaled, problem.neighbours)
+    return quiet and noise > 1 and pattern < whole.criterion.unlikely
 
 
 def louder(found: Localization, whole: Evidence, here: Joint, o: Options) -> Localization:

@@ -8,6 +8,8 @@ For other rooms, in pipeline order:
 - `working_sigma`: standard errors with the arithmetic's own.
 - `presumed`: observations with some sigma where nobody knows it.
 - `level_of`: the standard deviation of residuals, outliers left out.
+- `SPREAD`: how well that is known.
+- `correlation`: whether neighbours among residuals are alike.
 - `estimated_level`: the same where sigma is only presumed.
 - `law_of`: sigma as a function of B, where it is one.
 - `RATHER`: the probability of being noise that divides outliers from it.
@@ -72,6 +74,7 @@ from lightloc.fit.levenberg import (
 )
 from lightloc.fit.loss import cauchy, robust
 from lightloc.fit.noise import (
+    SPREAD,
     estimated_level,
     is_exact,
     is_noise,
@@ -81,6 +84,7 @@ from lightloc.fit.noise import (
     without_black,
     working_sigma,
 )
+from lightloc.fit.pattern import correlation
 from lightloc.fit.problem import (
     Fit,
     Problem,
@@ -101,6 +105,8 @@ __all__ = [
     "working_sigma",
     "presumed",
     "level_of",
+    "SPREAD",
+    "correlation",
     "estimated_level",
     "law_of",
     "RATHER",

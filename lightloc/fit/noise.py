@@ -21,6 +21,9 @@ Law = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 MEDIAN_TO_SIGMA = 1.4826
 """Standard deviation of a Gaussian over the median of its magnitude."""
 
+SPREAD = 1.17
+"""Standard error of a standard deviation that is estimated by the median, times sqrt(n) over it."""
+
 LAWFUL = 0.02
 """Sigma is a function of B where it is predicted from other observations to within this."""
 

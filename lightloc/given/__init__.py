@@ -6,6 +6,7 @@ For other rooms, in pipeline order:
 - `Observations`: the set Q of section 3.1 with its radiance B(q) and standard errors.
 - `Limits`: what a sensor's range and its steps hide of them.
 - `limits_of`: that, as it is said or as the values tell it.
+- `with_facing`: where neighbours are those on surfaces that face the same way.
 - `clipped_in`: which values of a picture are clipped.
 - `read_readings`: a light meter's or luminance meter's readings from a CSV file.
 - `Geometry`: what occludes, as a value with two functions over Dr.Jit arrays.
@@ -20,7 +21,7 @@ For other rooms, in pipeline order:
 from lightloc.given.geometry import RAY_OFFSET, Geometry, Interreflecting, OtherwiseLit, reach
 from lightloc.given.known import remove_known
 from lightloc.given.lights import PointLights
-from lightloc.given.limits import Limits, clipped_in, limits_of
+from lightloc.given.limits import Limits, clipped_in, limits_of, with_facing
 from lightloc.given.observations import Observations
 from lightloc.given.options import Options
 from lightloc.given.readings import read_readings
@@ -30,6 +31,7 @@ __all__ = [
     "Observations",
     "Limits",
     "limits_of",
+    "with_facing",
     "clipped_in",
     "read_readings",
     "Geometry",

@@ -165,6 +165,11 @@ def at_floor(b: NDArray[np.float64], step: float, near: NDArray[np.intp]) -> NDA
 
 def around(q: Observations) -> NDArray[np.intp]:
     """(n, k) the nearest neighbours of each of n points, on surfaces that face the same way."""
-    places = np.hstack([q.positions, TURN * q.diagonal * q.normals])
+    places = with_facing(q)
     _, near = cKDTree(places).query(places, k=min(NEIGHBOURS + 1, len(q)))
     return np.asarray(near).reshape(len(q), -1)
+
+
+def with_facing(q: Observations) -> NDArray[np.float64]:
+    """(n, 6) positions and normals: points whose surfaces face other ways lie far apart."""
+    return np.hstack([q.positions, TURN * q.diagonal * q.normals])
