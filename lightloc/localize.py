@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -343,12 +344,13 @@ def searched(
         whole = replace(whole, subtracted=Subtracted.between(seen, q))
     enough = SILENT if exact else 0.0
     view = ground.view(whole, o, criterion, watch, enough=enough, rough=rough)
+    if not rough:
+        looked = q if ground.some is None else q.at(ground.some)
+        view = replace(view, astray=partial(astray, looked, view.tight, criterion))
     ladder = Ladder.on(view)
     ladder = resumed(ladder, start) if start else climbed(ladder)
-    if criterion.likelihood.lawful:
-        looked = q if ground.some is None else q.at(ground.some)
-        if not astray(looked, view.tight, criterion, ladder.fits, ladder.best):
-            ladder = by_law(ladder)
+    if criterion.likelihood.lawful and not ladder.astray:
+        ladder = by_law(ladder)
     if exact and len(ladder.best):
         ladder, whole = emptied(ladder, whole)
     if o.noise == "given" and not criterion.is_clean(view.tight, ladder.best):

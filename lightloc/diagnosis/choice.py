@@ -35,6 +35,9 @@ CELLS, BIRTHS, FAINT = 1024, 4, 1e-6
 """Positions at which a light is asked for beside a departure, lights that may be added, and the
 least share of the largest energy that one of them has."""
 
+COMPARABLE = 2.0
+"""Times what the best fit leaves and costs, that one of another kind may to be asked for more."""
+
 MUCH = 0.5
 """Of what is left beyond noise, what is left at most by a light that only shows beside a
 departure."""
@@ -183,9 +186,10 @@ def spread(evidence: Evidence, best: Joint, sets: Sequence[PointLights]) -> list
     result = []
     for lights in sets:
         if len(lights) in (count - 2, count - 1, count + 1):
-            start = departure.starts(evidence.lit(lights))[0]
-            u = best.unknowns if len(start) == len(best.unknowns) else start
-            result.append(fitted(evidence, lights, departure, u, QUICK))
+            starts = departure.starts(evidence.lit(lights))
+            if starts.shape[1] == len(best.unknowns):
+                starts = best.unknowns[None]
+            result += [fitted(evidence, lights, departure, u, QUICK) for u in starts]
     return finished(evidence, result)[:1]
 
 
@@ -203,13 +207,15 @@ def pruned(evidence: Evidence, best: Joint) -> Joint:
 def grown(evidence: Evidence, joints: Sequence[Joint], most: int) -> Joint:
     """The best, with the lights that only show beside a departure.
 
-    Where the best does not explain what is seen, the first of each other kind is asked, too.
+    Where the best does not explain what is seen, the first of each other kind is asked, too, if it
+    leaves about as little.
     """
-    best = best_of(evidence, joints)
+    best, noise = best_of(evidence, joints), level(joints)
     if best.departure is None or is_explained(evidence, best):
         return best
-    more = [added(evidence, one, most) for one in first_of_each(evidence, joints)]
-    return best_of(evidence, [best, *more])
+    limit = COMPARABLE * total(evidence, best, noise)
+    near = [one for one in first_of_each(evidence, joints) if total(evidence, one, noise) <= limit]
+    return best_of(evidence, [best, *(added(evidence, one, most) for one in near)])
 
 
 def first_of_each(evidence: Evidence, joints: Sequence[Joint]) -> list[Joint]:

@@ -100,14 +100,16 @@ class Lit:
     def through(self, surfels: Surfels) -> tuple[Array, Array]:
         """S (n, k, c), and its slope (n, k, c, d), of these surfels with the shadows as they are.
 
-        They are the observations with another material, or with other normals.
+        They are the observations with another material, or with other normals; so often as they
+        may come one after the other.
         """
         problem, k = self.evidence.problem, len(self.lights)
-        n, c, d = (*problem.radiance.shape, len(problem.axes))
+        n, c, d = surfels.n, problem.radiance.shape[1], len(problem.axes)
         if not k:
             return np.zeros((n, 0, c)), np.zeros((n, 0, c, d))
+        seen = np.tile(self.seen, n // problem.surfels.n)
         S, slope = slopes(surfels, self.lights.positions, problem.axes)
-        S, slope = S * self.seen, slope * self.seen
+        S, slope = S * seen, slope * seen
         return (
             np.broadcast_to(S.transpose(2, 1, 0), (n, k, c)).astype(float),
             np.broadcast_to(slope.transpose(3, 2, 0, 1), (n, k, c, d)).astype(float),

@@ -62,6 +62,9 @@ LAMPLIKE = 1.5
 """Times what the best departure leaves and costs, that the lights as lamps may, to be looked for
 anew where something explains."""
 
+MANY = 4
+"""Lights that are many beside a departure."""
+
 ALIKE = 2.0
 """Standard errors by which a light may move beside a departure, and nothing claimed changes."""
 
@@ -93,8 +96,9 @@ def diagnosed(
     evidence = whole if len(q) <= FITTED else whole.rows_of(some)
     if o.free:
         return freed(found, whole, evidence, o)
-    close = right and any(v.kind is Kind.CLUSTER for v in found.verdicts)
-    narrower = fewer_wide(found, whole, evidence) if wider or close else None
+    close = sum(v.kind is Kind.CLUSTER for v in found.verdicts) if right else 0
+    fewest = max(1, len(found.lights) - close) if right else 1
+    narrower = fewer_wide(found, whole, evidence, fewest) if wider or close else None
     if narrower:
         return told(found, whole, narrower, o)
     if wider:
@@ -207,11 +211,12 @@ def weighed(
 def may_be_lamps(evidence: Evidence, joints: Sequence[Joint]) -> bool:
     """Whether a search for lamps is worth its time.
 
-    It is not where another departure explains for far less than the lights as lamps.
+    It is not where another departure, beside few lights, explains for far less than the lights as
+    lamps; many lights may be what a lamp looks like.
     """
-    if not any(is_explained(evidence, one) for one in joints):
-        return True
     noise, best = level(joints), best_of(evidence, joints)
+    if len(best.lights) >= MANY or not any(is_explained(evidence, one) for one in joints):
+        return True
     if best.departure and best.departure.kind in (Kind.EXTENDED, Kind.INDIRECT):
         return True  # they are as smooth
     lamps = [one for one in joints if one.departure and one.departure.kind is Kind.EMISSION]
@@ -229,14 +234,18 @@ def as_panels(evidence: Evidence, lamps: Sequence[Joint]) -> list[Joint]:
     ]
 
 
-def fewer_wide(found: Localization, whole: Evidence, evidence: Evidence) -> Diagnosis | None:
+def fewer_wide(
+    found: Localization, whole: Evidence, evidence: Evidence, fewest: int
+) -> Diagnosis | None:
     """Fewer lights that are patches, where they explain for less than many close together."""
     rows = evidence.problem.rows
     many = found.chi2 * rows + len(found.lights) * evidence.criterion.price(evidence.problem)
     for count in found.counts:
-        if not 0 < len(count.lights) < len(found.lights):
+        if not fewest <= len(count.lights) < len(found.lights):
             continue
         joints = attempts(evidence, promises(evidence, count.lights, (wide,)))
+        if not joints:
+            continue  # one may lie outside
         best = best_of(evidence, joints)
         if is_explained(evidence, best) and total(evidence, best, 1.0) < many:
             share = 1 - best.cost / max(plain(evidence, count.lights).cost, best.cost)

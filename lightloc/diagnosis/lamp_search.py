@@ -49,8 +49,9 @@ UNKNOWN, PRICE = 5.0, 40.0
 LUCK = 2.0
 """Standard deviations of chi-square above its mean at which no better fit is looked for."""
 
-MOST_LAMPS = 4
-"""More are not told apart from an error of another kind."""
+MOST_LAMPS, VAIN = 4, 2
+"""More are not told apart from an error of another kind; so many in a row that explain too little
+end a search."""
 
 LITTLE = 0.45
 """Share of the loss that each further lamp must not leave: less only feeds another error."""
@@ -65,20 +66,16 @@ def searched(problem: Problem, criterion: Criterion) -> LampFit:
     small = problem if len(some) == len(problem.radiance) else problem.rows_of(some)
     scale = criterion.likelihood.scale
     enough = most_of(small, criterion)
-    fits, grid = [dark(small, scale)], Atoms.of(small)
-    while len(fits) <= MOST_LAMPS:
-        more = one_more(small, fits[-1], grid, scale, enough)
+    grid = Atoms.of(small)
+    best = last = dark(small, scale)
+    while len(last.lamps) < min(MOST_LAMPS, len(best.lamps) + VAIN) and last.cost >= enough:
+        more = one_more(small, last, grid, scale, enough)
         if more is None:
             break
-        fits.append(more)
-        if more.cost < enough:
-            break
-    best = fits[0]
-    for fit in fits[1:]:
-        added = len(fit.lamps) - len(best.lamps)
-        explains = added == 1 and fit.cost < min(enough, best.cost - PRICE)
-        if explains or fit.cost < best.cost * LITTLE**added:
-            best = fit
+        last, added = more, len(more.lamps) - len(best.lamps)
+        explains = added == 1 and last.cost < min(enough, best.cost - PRICE)
+        if explains or last.cost < best.cost * LITTLE**added:
+            best = last
     if len(best.lamps) > 1:
         tied = refit(small, all_of(best.lamps, float(np.median(best.lamps.exponents))), scale, True)
         best = min(best, tied, key=lambda one: one.cost + UNKNOWN * unknowns_of(one.lamps))

@@ -9,7 +9,7 @@ import numpy as np
 from lightloc.answer import Kind
 from lightloc.diagnosis.departure import Array, Departure, Lit, Modelled, fixed
 from lightloc.diagnosis.groups import sides_of
-from lightloc.optics import Surfels, shading, surfels
+from lightloc.optics import Surfels, surfels
 
 MOST = np.radians(20.0)
 """Of a tilt."""
@@ -31,33 +31,30 @@ def normals(lit: Lit) -> list[Departure]:
     for i, (_, on) in enumerate(groups):
         which[on] = i
     along = tangents(q.normals, flat)  # n, ways, 3
+    times = q.at(np.tile(np.arange(n), 1 + ways))
+    steps = np.concatenate([np.zeros((1, ways)), DELTA * np.eye(ways)])
 
     def turned(u: Array) -> Surfels:
-        """The observations with normals that lean by so much along their tangents."""
+        """The observations with normals that lean by so much along their tangents.
+
+        Once as they are, then a step further each way.
+        """
         each = np.concatenate([u.reshape(-1, ways), np.zeros((1, ways))])[which]
-        leaning = q.normals + (np.tan(each)[:, :, None] * along).sum(axis=1)
-        leaning /= np.linalg.norm(leaning, axis=1, keepdims=True)
-        there = replace(q, normals=leaning, facets=q.facets)
+        tilt = np.tan(each + steps[:, None])  # 1 + ways, n, ways
+        leaning = q.normals + (tilt[..., None] * along).sum(axis=2)
+        leaning /= np.linalg.norm(leaning, axis=2, keepdims=True)
+        there = replace(times, normals=leaning.reshape(-1, 3), facets=times.facets)
         return surfels(there, evidence.geometry, double=evidence.problem.surfels.double)
 
-    def columns(lit: Lit, u: Array) -> Array:
-        result, here = np.zeros((n, q.channels, len(u))), bright(lit, u)
-        for way in range(ways):
-            step = np.where(np.arange(len(u)) % ways == way, DELTA, 0.0)
-            slope = (bright(lit, u + step) - here) / DELTA
-            for i in range(len(groups)):
-                result[which == i, :, i * ways + way] = slope[which == i]
-        return result
-
-    def bright(lit: Lit, u: Array) -> Array:
-        """(n, c) B of observations that lean."""
-        if not len(lit.lights):
-            return np.zeros((n, q.channels))
-        S = shading(turned(u), lit.lights.positions, None) * lit.seen.T[:, :, None]
-        return np.einsum("nkc,kc->nc", S, lit.lights.intensities)
-
     def model(lit: Lit, u: Array) -> Modelled:
-        return lit.summed(*lit.through(turned(u)), columns(lit, u))
+        S, slope = lit.through(turned(u))
+        each = np.einsum("nkc,kc->nc", S, lit.lights.intensities).reshape(1 + ways, n, -1)
+        by_way = (each[1:] - each[0]) / DELTA
+        columns = np.zeros((n, q.channels, len(u)))
+        for way in range(ways):
+            for i in range(len(groups)):
+                columns[which == i, :, i * ways + way] = by_way[way, which == i]
+        return lit.summed(S[:n], slope[:n], columns)
 
     def said(u: Array, e: Array) -> str:
         tilt = np.degrees(np.linalg.norm(u.reshape(-1, ways), axis=1))
@@ -74,7 +71,7 @@ def normals(lit: Lit) -> list[Departure]:
             Kind.GEOMETRY,
             "the normals",
             model,
-            columns,
+            lambda lit, u: model(lit, u).by_unknowns,
             fixed(np.zeros((1, size))),
             said,
             "other normals",

@@ -25,21 +25,25 @@ def window(evidence: Evidence, side: int, axis: int, middle: Array) -> Departure
     half = np.full(d, 0.5 / PATCHES)
     where = SIDES[2 * axis + side]
 
-    def light(shape: Array) -> Array:
-        """(n, c) of middle and halves."""
-        grid = shape[:d] + points * shape[d:]
-        return np.asarray(diffuse(q, evidence.problem, side, axis, grid).mean(axis=1))
+    def light(shapes: Array) -> Array:
+        """(s, n, c) of middles and halves (s, 2 d)."""
+        grid = shapes[:, None, :d] + points * shapes[:, None, d:]
+        each = diffuse(q, evidence.problem, side, axis, grid.reshape(-1, d))
+        return np.asarray(each.reshape(len(q), len(shapes), len(points), -1).mean(axis=2)).swapaxes(
+            0, 1
+        )
 
-    first = light(np.concatenate([middle, half]))
+    first = light(np.concatenate([middle, half])[None])[0]
     unit = scale / max(float(first.mean()), 1e-300)
 
     def own(u: Array) -> tuple[Array, Array]:
         """What it brings, and the derivatives by its unknowns."""
-        bright = unit * light(u[: 2 * d])
-        each = np.zeros((len(q), c, len(u)))
-        for i in range(2 * d if u[2 * d :].any() else 0):
-            ahead = u[: 2 * d] + DELTA * (np.arange(2 * d) == i)
-            each[:, :, i] = (unit * light(ahead) - bright) / DELTA * u[2 * d :]
+        shapes, each = u[None, : 2 * d], np.zeros((len(q), c, len(u)))
+        if u[2 * d :].any():
+            shapes = shapes + DELTA * np.eye(2 * d + 1, 2 * d, -1)
+        bright, *ahead = unit * light(shapes)
+        for i, one in enumerate(ahead):
+            each[:, :, i] = (one - bright) / DELTA * u[2 * d :]
         each[:, np.arange(c), 2 * d + np.arange(c)] = bright
         return bright * u[2 * d :], each
 

@@ -7,6 +7,8 @@ soon as these are met and there is no place for another light.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from lightloc.fit import FIRST_DAMPING, Descents, fit_of, intensities
@@ -37,6 +39,9 @@ twenty lights need it (measured)."""
 VAIN = 2
 """So many lights in vain show an error of the model, once a search has ended."""
 
+MANY = 4
+"""Lights with which it is asked whether they only adapt to an error of the model."""
+
 QUICK, THOROUGH = 12, 30
 """Evaluations to judge a hypothesis, and to refine it."""
 
@@ -60,6 +65,8 @@ def climbed(ladder: Ladder) -> Ladder:
             level *= NARROWED
             stage = view.through(level, STAGE[1])
         idle = 0 if ladder.best is not before else idle + 1
+        if len(before) < MANY <= len(ladder.best):
+            ladder = replace(ladder, astray=view.astray(ladder.fits, ladder.best))
     return ladder if view.criterion.is_clean(view.tight, ladder.best) else ladder.judged(VAIN)
 
 

@@ -38,6 +38,8 @@ class Ladder:
         Lights beyond which the data only feed an error of the model; None where it is none.
     enough
         Whether there is nothing left to explain, and no place for another light.
+    astray
+        Whether its lights were seen to adapt to an error of the model.
     history
         The steps so far.
     """
@@ -47,6 +49,7 @@ class Ladder:
     best: Fit
     most: int | None = None
     enough: bool = False
+    astray: bool = False
     history: tuple[Step, ...] = ()
 
     @staticmethod
@@ -57,7 +60,7 @@ class Ladder:
     @property
     def ended(self) -> bool:
         """Whether no further light is to be looked for."""
-        return self.enough or self.most is not None
+        return self.enough or self.astray or self.most is not None
 
     def with_(self, action: str, fit: Fit) -> Ladder:
         """The same with a fit on it, if it is the best of its count."""

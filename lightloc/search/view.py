@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -46,6 +46,9 @@ class View:
         Whether the answer is only to be searched on from.
     watch
         Is told each step.
+    astray
+        Whether many lights, the best of the fits of each count, only adapt to an error of the
+        model; asked once.
     """
 
     tight: Problem
@@ -57,6 +60,7 @@ class View:
     enough: float = 0.0
     rough: bool = False
     watch: Callable[[Step], None] = lambda step: None
+    astray: Callable[[Sequence[Fit], Fit], bool] = lambda fits, best: False
 
     @cached_property
     def darkness(self) -> Fit:
