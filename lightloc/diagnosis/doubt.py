@@ -14,6 +14,10 @@ from lightloc.diagnosis.departure import Array, Evidence
 from lightloc.diagnosis.joint import Joint, covariance, lost, modelled, whitened
 from lightloc.given import with_facing
 
+MANY = 0.03
+"""Share of outliers from which errors are those that patches show even where the rest is explained:
+outliers may be at one place, and others beside them that are less far off."""
+
 PATCHES = 24
 """So many patches of observations, at most a tenth of their number."""
 

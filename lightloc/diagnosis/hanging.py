@@ -7,13 +7,15 @@ from dataclasses import replace
 from lightloc.answer import Localization, judged
 from lightloc.diagnosis.assumed import alternatives, hangs_on
 from lightloc.diagnosis.choice import best_of, plain, pruned
-from lightloc.diagnosis.covered import errors
+from lightloc.diagnosis.covered import errors, joined
 from lightloc.diagnosis.departure import Evidence
+from lightloc.diagnosis.doubt import MANY, doubtful
 from lightloc.diagnosis.emission import joint_of_lamps, lamps_found
 from lightloc.diagnosis.joint import Joint
 from lightloc.diagnosis.lamp_search import spread_over
 from lightloc.diagnosis.score import seen_as_fewer
 from lightloc.diagnosis.telling import Diagnosis, told
+from lightloc.fit import Bound
 from lightloc.given import Options, PointLights
 
 SAMPLE = 4096
@@ -28,6 +30,8 @@ def hung(found: Localization, whole: Evidence, o: Options) -> Localization:
     evidence, lights = whole, found.lights
     if not len(lights):
         return found
+    if found.noise.share > MANY:
+        found = doubted(found, whole, o)
     if len(whole.q) > SAMPLE:
         evidence = whole.rows_of(spread_over(whole.problem, SAMPLE))
     lamps = fewer_lamps(evidence, found)
@@ -46,6 +50,19 @@ def hung(found: Localization, whole: Evidence, o: Options) -> Localization:
         intensity_error=bound.intensity,
         covariance=bound.covariance,
         verdicts=(*hangs_on(lights, others, whole.problem.unit), *found.verdicts),
+    )
+    return judged(answer, whole.problem, o)
+
+
+def doubted(found: Localization, whole: Evidence, o: Options) -> Localization:
+    """The answer with errors that are no less than by how much patches of observations disagree."""
+    spread = joined(found.covariance, doubtful(whole, plain(whole, found.lights), 1.0))
+    bound = Bound.of(spread, whole.problem.axes, *found.lights.intensities.shape)
+    answer = replace(
+        found,
+        position_error=bound.position,
+        intensity_error=bound.intensity,
+        covariance=bound.covariance,
     )
     return judged(answer, whole.problem, o)
 

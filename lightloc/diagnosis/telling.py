@@ -20,7 +20,7 @@ from lightloc.answer import (
 )
 from lightloc.diagnosis.choice import is_explained, plain
 from lightloc.diagnosis.departure import Evidence, Maker
-from lightloc.diagnosis.doubt import doubtful
+from lightloc.diagnosis.doubt import MANY, doubtful
 from lightloc.diagnosis.joint import Joint, covariance, fitted, lost
 from lightloc.diagnosis.kinds import MAKERS
 from lightloc.diagnosis.wide import PANELS, panels_of
@@ -133,7 +133,8 @@ def moved(found: Localization, whole: Evidence, joint: Joint, o: Options) -> Loc
     lights, problem = joint.lights, whole.problem
     k, c = lights.intensities.shape
     m, noise = k * (len(problem.axes) + c), max(1.0, level_of(joint.residual))
-    if is_explained(whole, joint):
+    left = found.noise.leaving(joint.residual)
+    if is_explained(whole, joint) and left.share <= MANY:
         spread = noise**2 * covariance(whole, joint)[:m, :m]
     else:
         spread = doubtful(whole, joint, noise)[:m, :m]
@@ -157,7 +158,7 @@ def moved(found: Localization, whole: Evidence, joint: Joint, o: Options) -> Loc
         relative=found.relative or joint.departure.kind is Kind.ENCODING,
         chi2=chi2,
         history=(*found.history, Step("fit with what may be wrong", k, chi2)),
-        noise=found.noise.leaving(joint.residual),
+        noise=left,
         counts=tuple(replace(one, allowed=False) for one in found.counts),  # of the model as given
     )
 

@@ -317,3 +317,22 @@ def test_one_albedo_of_all_is_not_told():
     B = radiance(q, PointLights([[0.5, -0.3, 1.2]], [10.0]))
     with pytest.raises(ValueError, match="a factor on all of them is one on all intensities"):
         localize(noisy(q, B), bounds=[[-2, -2, 0.1], [2, 2, 2]], options=Options(free=("albedo",)))
+
+
+@pytest.mark.parametrize(("share", "grows"), [(0.08, True), (0.02, False)])
+def test_outliers_at_one_place_make_errors_larger(share, grows):
+    """Those beside them may be off by less than is seen; scattered, the same values pull nowhere.
+    Control: a few do not."""
+    q, _ = right()
+    rng = np.random.default_rng(0)
+    away = np.linalg.norm(q.positions - q.positions[rng.integers(len(q))], axis=1)
+    count = round(share * len(q))
+    factor = rng.uniform(1.0, 1.2, (count, 1))
+    errors = []
+    for which in (np.argsort(away)[:count], rng.permutation(len(q))[:count]):
+        B = q.radiance.copy()
+        B[which] *= factor
+        found = localize(q.with_radiance(B, q.sigma))
+        assert len(found.lights) == 2
+        errors.append(np.log(found.position_error).mean())
+    assert (errors[0] - errors[1] > np.log(1.2)) == grows
