@@ -114,7 +114,9 @@ def outliers_of(
     if not 0 < len(far) <= MOST * len(q) or not len(lights):
         return ()
     every = np.arange(0, len(q), -(-len(q) // ENOUGH))
-    known = PointLights(lights.positions, np.nan_to_num(lights.intensities))
+    known = PointLights(
+        lights.positions, np.nan_to_num(lights.intensities), q.unit, q.intensity_unit
+    )
     named = {
         Where.EDGE: at_edges(q.at(far), known, geometry),
         Where.HIGHLIGHT: in_highlights(q.at(far), known),

@@ -11,6 +11,7 @@ from scipy.stats import binom
 
 import render
 from lightloc import (
+    Lambert,
     Localization,
     NoiseLaw,
     Observations,
@@ -212,3 +213,32 @@ def test_noise_is_said_where_it_was_estimated():
         law=NoiseLaw.ESTIMATED, read=zero + 0.02, shot=zero, relative=zero + 0.009
     )
     assert noise_said(lawful, B, B) == "Noise, estimated: 0.9 % of B, and 0.02 at least."
+
+
+def test_where_they_lie_whatever_the_unit():
+    """The same room in metres and in centimetres, with a bright spot in it: told alike, by lights
+    that bear no unit yet."""
+    rng = np.random.default_rng(2)
+    floor = rng.uniform(-2, 2, (400, 3)) * [1, 1, 0]
+    up = np.tile([0.0, 0.0, 1.0], (400, 1))
+    light = PointLights([[0.5, -0.3, 1.2]], [10.0])
+    away = light.positions[0] - floor
+    B = 0.5 / np.pi * 10 * away[:, 2] / np.linalg.norm(away, axis=1) ** 3
+    B *= 1 + 0.02 * rng.normal(size=400)
+    wild = np.linalg.norm(floor - floor[0], axis=1).argsort()[:6]
+    B[wild] *= 3
+    told = []
+    for scale, unit in ((1.0, "m"), (100.0, "cm")):
+        q = Observations(
+            positions=floor * scale,
+            normals=up,
+            directions=up,
+            radiance=B,
+            material=Lambert(albedo=0.5),
+            unit=unit,
+        )
+        box = np.array([[-2, -2, 0.1], [2, 2, 2]]) * scale
+        found = localize(q, bounds=box)
+        assert set(wild) <= set(np.flatnonzero(found.noise.outliers.any(axis=1)))
+        told.append([str(group) for group in found.outlying])
+    assert told[0] and told[0] == told[1]
