@@ -346,7 +346,7 @@ def searched(
     view = ground.view(whole, o, criterion, watch, enough=enough, rough=rough)
     if not rough:
         looked = q if ground.some is None else q.at(ground.some)
-        view = replace(view, astray=partial(astray, looked, view.tight, criterion))
+        view = replace(view, astray=partial(astray, looked, criterion))
     ladder = Ladder.on(view)
     ladder = resumed(ladder, start) if start else climbed(ladder)
     if criterion.likelihood.lawful and not ladder.astray:

@@ -7,7 +7,7 @@ of another says how far the lights may be off (the sandwich estimate of statisti
 from __future__ import annotations
 
 import numpy as np
-from scipy.cluster.vq import kmeans2
+from scipy.cluster.vq import kmeans2, vq
 
 from lightloc.diagnosis.covered import joined
 from lightloc.diagnosis.departure import Array, Evidence
@@ -21,6 +21,9 @@ outliers may be at one place, and others beside them that are less far off."""
 PATCHES = 24
 """So many patches of observations, at most a tenth of their number."""
 
+SAMPLE = 4096
+"""Observations, at most, that the patches are made of; all then fall into one."""
+
 
 def doubtful(evidence: Evidence, joint: Joint, noise: float) -> Array:
     """The covariance of lights and a departure's unknowns, no less than noise alone would have."""
@@ -33,7 +36,9 @@ def doubtful(evidence: Evidence, joint: Joint, noise: float) -> Array:
     q = evidence.q
     near = with_facing(q)
     count = max(2, min(PATCHES, len(q) // 10))
-    _, patch = kmeans2(near, count, seed=0, minit="++")
+    some = near[:: len(q) // SAMPLE + 1]
+    middles, _ = kmeans2(some, count, seed=0, minit="++")
+    patch, _ = vq(near, middles)
     sums = np.zeros((count, pulls.shape[1]))
     np.add.at(sums, patch, pulls)
     step = sums @ own

@@ -16,7 +16,7 @@ from lightloc.diagnosis.departure import Evidence
 from lightloc.diagnosis.joint import left, lost
 from lightloc.diagnosis.kinds import MAKERS
 from lightloc.diagnosis.wide import wide
-from lightloc.fit import Criterion, Fit, Problem, estimated_level
+from lightloc.fit import Criterion, Fit, estimated_level
 from lightloc.given import Observations
 
 FEWEST = (1, 2, 3)
@@ -34,16 +34,14 @@ SAMPLE = 512
 """Observations that are asked."""
 
 
-def astray(
-    q: Observations, problem: Problem, criterion: Criterion, fits: Sequence[Fit], best: Fit
-) -> bool:
+def astray(q: Observations, criterion: Criterion, fits: Sequence[Fit], best: Fit) -> bool:
     """Whether a departure, beside the fewest lights, promises to leave far less than the best fit.
 
-    ``q`` are the observations that ``problem`` poses.
+    ``q`` are the observations that the fits are to.
     """
     some = np.sort(np.random.default_rng(0).permutation(len(q))[:SAMPLE])
-    sigma = problem.sigma * estimated_level(best.residual)
-    evidence = Evidence(q, replace(problem, sigma=sigma), criterion).rows_of(some)
+    sigma = best.problem.sigma * estimated_level(best.residual)
+    evidence = Evidence(q, replace(best.problem, sigma=sigma), criterion).rows_of(some)
     most = BY_FAR * lost(evidence, left(evidence, evidence.lit(best.lights).plain.B))[0]
     for fit in fits:
         if len(fit) in FEWEST:

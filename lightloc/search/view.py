@@ -48,7 +48,7 @@ class View:
         Is told each step.
     astray
         Whether many lights, the best of the fits of each count, only adapt to an error of the
-        model; asked once.
+        model.
     """
 
     tight: Problem

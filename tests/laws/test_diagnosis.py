@@ -322,7 +322,7 @@ def test_one_albedo_of_all_is_not_told():
 @pytest.mark.parametrize(("share", "grows"), [(0.08, True), (0.02, False)])
 def test_outliers_at_one_place_make_errors_larger(share, grows):
     """Those beside them may be off by less than is seen; scattered, the same values pull nowhere.
-    Control: a few do not."""
+    Controls: a few do not; without patches it would be 1.26 times, with them it is 1.85."""
     q, _ = right()
     rng = np.random.default_rng(0)
     away = np.linalg.norm(q.positions - q.positions[rng.integers(len(q))], axis=1)
@@ -335,4 +335,4 @@ def test_outliers_at_one_place_make_errors_larger(share, grows):
         found = localize(q.with_radiance(B, q.sigma))
         assert len(found.lights) == 2
         errors.append(np.log(found.position_error).mean())
-    assert (errors[0] - errors[1] > np.log(1.2)) == grows
+    assert (errors[0] - errors[1] > np.log(1.5)) == grows
