@@ -252,7 +252,9 @@ def errors_of(
     (k, c), d = fit.lamps.intensities.shape, len(problem.axes)
     _, J = model_of(problem, fit.lamps)
     free = (J @ freedom.matrix).reshape(-1, freedom.matrix.shape[1])
-    spread = freedom.matrix @ covariance_of(free) @ freedom.matrix.T
+    with np.errstate(invalid="ignore"):  # what nothing tells is infinite, and 0 times that is NaN
+        spread = freedom.matrix @ covariance_of(free) @ freedom.matrix.T
+    spread[np.isnan(spread)] = np.inf
     points = k * (d + c)
     m = np.sqrt(np.maximum(np.diag(spread)[-k:], 0))
     return Bound.of(spread[:points, :points], problem.axes, k, c), m
