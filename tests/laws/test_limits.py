@@ -15,6 +15,7 @@ from lightloc import (
     Observations,
     Options,
     PointLights,
+    Reason,
     localize,
     radiance,
 )
@@ -189,7 +190,8 @@ def test_what_is_said_wins():
 @pytest.mark.parametrize("cut", ["floor", "top"])
 def test_lights_behind_a_sensor_with_limits(cut):
     """40 % zeros, or 10 % clipped: both lamps are found within four standard errors, and it is said
-    what was left out. With these values believed, they are not."""
+    what was left out. With these values believed, there are others, or they are ten times as far off;
+    and the answer is not sure."""
     q = on_a_floor()
     B = noisy(q, 0.01)
     low = np.where(np.quantile(B, 0.4) > B, 0, B)
@@ -206,11 +208,9 @@ def test_lights_behind_a_sensor_with_limits(cut):
     nobody = np.zeros(N, bool)
     nobody[np.argmin(np.abs(B - np.median(B)))] = True
     believed = localize(replace(q, floor=0.0, saturated=nobody), bounds=box)
-    wrong = (
-        len(believed.lights) != 2
-        or (np.abs(believed.lights.positions - LAMPS.positions) > 4 * believed.position_error).any()
-    )
-    assert wrong
+    assert believed.reason is not Reason.CONVERGED
+    wrong = len(believed.lights) != 2
+    assert wrong or np.abs(believed.lights.positions - LAMPS.positions).max() > 10 * off.max()
 
 
 @pytest.mark.slow
