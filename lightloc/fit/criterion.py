@@ -164,11 +164,15 @@ class Criterion:
         """
         scale = self.likelihood.scale
         if self.likelihood.lawful:
-            likeliest = min(fits, key=lambda fit: fit.law.cost + len(fit) * self.gain)
+            likeliest = min(fits, key=self.by_law)
             return Errors.of_law(likeliest, scale)
         if self.likelihood.known:
             return Errors(max(1.0, min(level_of(fit.residual) for fit in fits)), scale)
         return Errors(min(estimated_level(fit.residual) for fit in fits), scale)
+
+    def by_law(self, fit: Fit) -> float:
+        """How unlikely a fit is by the law of what it leaves, each light charged its least gain."""
+        return fit.law.cost * fit.residual.size + len(fit) * self.gain
 
     def best(self, fits: Sequence[Fit]) -> Fit:
         """The fit of least cost at the level of noise that the best leaves."""

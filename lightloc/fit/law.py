@@ -57,7 +57,7 @@ class Law:
     spread : (c,) array
         Standard deviation of these, W sr^-1 m^-2.
     cost : float
-        Minus twice the logarithm of the likelihood.
+        Minus twice the logarithm of the likelihood, per residual.
     """
 
     variance: NDArray[np.float64]
@@ -116,7 +116,7 @@ def law_left(
     ]
     variance, error, floor, share, spread, cost = (np.array(one) for one in zip(*each, strict=True))
     floor = np.where(floor > 0, floor, floor.max() or 1.0)  # a dark channel has errors too
-    return Law(variance, error, floor, share, spread, float(cost.sum()))
+    return Law(variance, error, floor, share, spread, float(cost.sum() / max(some.size * c, 1)))
 
 
 def outside(z: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:

@@ -13,8 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lightloc.answer import Localization, Reason, at_border
+from lightloc.answer import Localization, NoiseLaw, Reason, at_border
 from lightloc.checks import array
+from lightloc.fit import law_left
 from lightloc.given import Geometry, Observations, PointLights
 from lightloc.optics import shading
 
@@ -131,7 +132,7 @@ def widened(
                 break
             wider = region.wider(sides, q, geometry)
             other = look(wider, glance)
-            if other.chi2 > found.chi2 * (LESS if glance else ALIKE):
+            if left(other) > left(found) * (LESS if glance else ALIKE):
                 break
             found, region = other, wider
         return region, found
@@ -139,6 +140,17 @@ def widened(
     if may and region.open.any():
         region, _ = further(region, True)
     return further(region, False)
+
+
+def left(found: Localization) -> float:
+    """What an answer leaves, as a variance: answers are compared whatever errors each took.
+
+    Errors that were estimated are what its own lights leave, so that chi-square is 1 by itself.
+    """
+    if found.noise.law is not NoiseLaw.ESTIMATED:
+        return found.chi2 * float(np.square(found.noise.scale).mean())
+    off = found.residual * found.sigma
+    return float(np.exp(law_left(off, found.direct - off).cost))
 
 
 def bordered(found: Localization, region: Region) -> Localization:

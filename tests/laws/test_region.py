@@ -8,8 +8,19 @@ import numpy as np
 import pytest
 
 import render
-from lightloc import Kind, Lambert, Observations, Outline, PointLights, Reason, localize, radiance
+from lightloc import (
+    Kind,
+    Lambert,
+    Observations,
+    Options,
+    Outline,
+    PointLights,
+    Reason,
+    localize,
+    radiance,
+)
 from lightloc.search import Region
+from lightloc.search.region import left
 from validation.rooms.plane import rooms, rooms_with_discs
 
 
@@ -100,6 +111,21 @@ def test_a_light_at_the_border_is_said(rng):
     assert low.reason is not Reason.CONVERGED
     high = localize(q, bounds=[[-1, -1, 0], [1, 1, 2]])
     assert Kind.BORDER not in {v.kind for v in high.verdicts}
+
+
+@pytest.mark.parametrize("noise", ["given", "scaled", "estimate"])
+def test_answers_are_compared_whatever_errors_each_took(noise, rng):
+    """A light in the wrong place leaves more than one in the right place, though each answer took
+    what it leaves for noise."""
+    light = PointLights([[0.2, -0.1, 1.5]], [0.01])
+    q = patch(square(rng, 2, 0.0), [0, 0, 1], light)
+    sigma = 0.01 * q.radiance
+    q = q.with_radiance(q.radiance + sigma * rng.normal(size=sigma.shape), sigma)
+    one = Options(noise=noise, most_lights=1)
+    there, low = (localize(q, bounds=[[-1, -1, 0], [1, 1, z]], options=one) for z in (2.0, 0.8))
+    sizes = [float(np.square(found.residual * found.sigma).mean()) for found in (there, low)]
+    assert sizes[1] > 10 * sizes[0]
+    assert left(low) > 3 * left(there)
 
 
 def test_no_region_grows_without_end(rng):
