@@ -189,6 +189,8 @@ class Departure:
         The unknowns of k lights with those of one more: as they are where none belongs to a light.
     width : callable, optional
         How wide the unknowns make each of the lights, (k,); points where None.
+    aside : (n,) array of bool, optional
+        Observations that it leaves out; none where None.
     """
 
     kind: Kind
@@ -204,6 +206,7 @@ class Departure:
     kept: Callable[[Array, NDArray[np.intp]], Array] = lambda u, some: u
     more: Callable[[Array, int], Array] = lambda u, k: u
     width: Callable[[Array], Array] | None = None
+    aside: NDArray[np.bool_] | None = None
 
 
 Maker = Callable[[Lit], list[Departure]]

@@ -30,7 +30,7 @@ from lightloc.diagnosis.emission import lamps_found
 from lightloc.diagnosis.free import freed
 from lightloc.diagnosis.hanging import hung
 from lightloc.diagnosis.joint import Joint, fitted
-from lightloc.diagnosis.kinds import MAKERS
+from lightloc.diagnosis.kinds import GEOMETRY, MAKERS
 from lightloc.diagnosis.telling import Diagnosis, told
 from lightloc.diagnosis.wide import panels_of, wide
 from lightloc.fit import Criterion, Problem, estimated_level, is_exact, working_sigma
@@ -41,7 +41,8 @@ SAMPLE, FITTED = 1024, 640
 """Observations that departures are asked of, and fitted to; what is told is then fitted to all."""
 
 FEWER = 6
-"""Counts of lights, from none on, with which departures are asked beside that of an answer."""
+"""Counts of lights, from none on, with which every departure is asked beside that of an answer; of
+larger ones the geometry alone is, since lights may have adapted to a piece of it."""
 
 QUIETER, STILL = 5, 0.9
 """Times that an estimate of the noise is made again beside a departure, and the factor on it from
@@ -117,9 +118,9 @@ def diagnosed(
         if not asked:
             return hung(found, whole, o)
     fewer = [one.lights for one in found.counts if len(one.lights) < len(found.lights)]
-    sets = [found.lights, *fewer[:FEWER]]
-    for lights in sets[1:]:
-        asked += promises(evidence, lights, MAKERS)
+    sets = [found.lights, *fewer]
+    for i, lights in enumerate(fewer):
+        asked += promises(evidence, lights, MAKERS if i < FEWER else GEOMETRY)
     joints = attempts(evidence, asked)
     verdict = weighed(evidence, base, sets, joints, explained, o.most_lights)
     for _ in range(0 if criterion.likelihood.known else QUIETER):

@@ -10,7 +10,11 @@ from lightloc.diagnosis.indirect import indirect
 from lightloc.diagnosis.material import materials
 from lightloc.diagnosis.normals import normals
 from lightloc.diagnosis.outside import outside
+from lightloc.diagnosis.piece import pieces
 from lightloc.diagnosis.wide import wide
+
+GEOMETRY: tuple[Maker, ...] = (shadows, pieces)
+"""Those of the geometry."""
 
 MAKERS: tuple[Maker, ...] = (
     materials,
@@ -20,6 +24,6 @@ MAKERS: tuple[Maker, ...] = (
     normals,
     emission,
     wide,
-    shadows,
+    *GEOMETRY,
 )
 """Each gives the departures of its kind that are worth a question beside lights."""

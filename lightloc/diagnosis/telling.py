@@ -12,10 +12,12 @@ from lightloc.answer import (
     Departed,
     Kind,
     Localization,
+    NoiseLaw,
     Reason,
     Step,
     Verdict,
     judged,
+    noise_by,
     unexplained,
 )
 from lightloc.diagnosis.choice import is_explained, plain
@@ -25,7 +27,16 @@ from lightloc.diagnosis.joint import Joint, covariance, fitted, lost
 from lightloc.diagnosis.kinds import MAKERS
 from lightloc.diagnosis.wide import PANELS, panels_of
 from lightloc.fields import intensity_distance
-from lightloc.fit import SPREAD, Bound, Fit, correlation, inseparable, level_of, resolution
+from lightloc.fit import (
+    SPREAD,
+    Bound,
+    Fit,
+    correlation,
+    inseparable,
+    law_left,
+    level_of,
+    resolution,
+)
 from lightloc.given import Options, PointLights
 
 PART = 0.2
@@ -74,6 +85,8 @@ def told(found: Localization, whole: Evidence, diagnosis: Diagnosis, o: Options)
     else:
         best = on_all(whole, best)
         explained = explained and is_explained(whole, best)
+        if explained and found.noise.law is NoiseLaw.ESTIMATED:
+            found, whole, best = lawful(found, whole, best)
         answer, rest = moved(found, whole, best, o), [v for v in rest if v.kind is Kind.HIDDEN]
     kept = [v for v in found.verdicts if v.kind is Kind.UNEXPLAINED and not explained]
     if not (explained or kept):
@@ -128,19 +141,36 @@ def on_all(whole: Evidence, joint: Joint, makers: Sequence[Maker] = MAKERS) -> J
     return fitted(whole, lights, same[0], u, fall=FALL)
 
 
+def lawful(
+    found: Localization, whole: Evidence, joint: Joint
+) -> tuple[Localization, Evidence, Joint]:
+    """An answer, its evidence and a fit, with errors by the law of what that leaves."""
+    assert joint.departure is not None
+    problem, aside = whole.problem, joint.departure.aside
+    off = joint.residual * problem.sigma
+    model, used = problem.radiance - off, slice(None) if aside is None else ~aside
+    law = law_left(off[used], model[used], joint.lights.positions.size + len(joint.unknowns))
+    evidence = replace(whole, problem=replace(problem, sigma=problem.errors_by(law, model)))
+    best = fitted(evidence, joint.lights, joint.departure, joint.unknowns, fall=FALL)
+    return replace(found, noise=noise_by(law, best.residual)), evidence, best
+
+
 def moved(found: Localization, whole: Evidence, joint: Joint, o: Options) -> Localization:
     """The answer with the lights of a fit, and errors that know of its departure."""
     lights, problem = joint.lights, whole.problem
     k, c = lights.intensities.shape
     m, noise = k * (len(problem.axes) + c), max(1.0, level_of(joint.residual))
-    left = found.noise.leaving(joint.residual)
+    assert joint.departure is not None
+    residual, aside = joint.residual, joint.departure.aside
+    if aside is not None:
+        residual = np.where(aside[:, None], plain(whole, lights).residual, residual)
+    left = found.noise.leaving(residual)
     if is_explained(whole, joint) and left.share <= MANY:
         spread = noise**2 * covariance(whole, joint)[:m, :m]
     else:
         spread = doubtful(whole, joint, noise)[:m, :m]
     errors = Bound.of(spread, problem.axes, k, c)
     top, _ = intensity_distance(whole.q, lights.positions, problem.geometry, MARGIN)
-    assert joint.departure is not None
     chi2, wide = joint.cost / problem.rows, joint.departure.width
     return replace(
         found,
@@ -149,7 +179,7 @@ def moved(found: Localization, whole: Evidence, joint: Joint, o: Options) -> Loc
         intensity_error=errors.intensity,
         covariance=spread,
         bound=top,
-        residual=joint.residual,
+        residual=residual,
         sigma=problem.sigma,
         inseparable=inseparable(lights, errors.position),
         resolution=resolution(problem, lights),

@@ -236,7 +236,7 @@ class Criterion:
             return False
         if self.shared or problem.surfels.double:  # exact data leave rounding, which has a pattern
             return True
-        return correlation(fit.residual * ~wild, pairs) < self.unlikely
+        return correlation(beyond_rounding(problem, fit) * ~wild, pairs) < self.unlikely
 
     def is_clean(self, problem: Problem, fit: Fit) -> bool:
         """The same, with none left out: what is systematic does not hide among the few.
@@ -281,3 +281,9 @@ class Criterion:
         left = self.squares(fit) if self.likelihood.lawful else self.likelihood.core(fit)
         likely = self.likelihood.known and left < most * problem.rows
         return bool(likely and not self.is_outshone(problem, fit))
+
+
+def beyond_rounding(problem: Problem, fit: Fit) -> NDArray[np.float64]:
+    """(n, c) residuals without what the rounding of values may be: neighbours share that."""
+    half = problem.step / problem.sigma / 2
+    return np.sign(fit.residual) * np.maximum(np.abs(fit.residual) - half, 0)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import log_ndtr
 
 from lightloc.fit.law import MOST_OUTLIERS
 from lightloc.fit.loss import cauchy
@@ -13,6 +14,9 @@ from lightloc.fit.problem import Fit
 
 AT_LEAST = 4.0
 """Outliers that are always thought possible, so that none is taken for a light."""
+
+SHARP = 0.05
+"""Of a step: errors of the model that are always thought possible, beside those of rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,12 +34,15 @@ class Errors:
         Of the observations that are outliers.
     wide : (n, c) array, optional
         Variance of these, in standard errors.
+    step : (n, c) array, optional
+        By which values are rounded, in standard errors.
     """
 
     level: float | NDArray[np.float64]
     scale: float
     share: NDArray[np.float64] | None = None
     wide: NDArray[np.float64] | None = None
+    step: NDArray[np.float64] | None = None
 
     @staticmethod
     def of_law(fit: Fit, scale: float) -> Errors:
@@ -44,7 +51,11 @@ class Errors:
         least = min(AT_LEAST / len(sigma), MOST_OUTLIERS)
         share = np.maximum(fit.law.share, least)
         return Errors(
-            sigma / fit.problem.sigma, scale, share, 1 + np.square(fit.law.spread / sigma)
+            sigma / fit.problem.sigma,
+            scale,
+            share,
+            1 + np.square(fit.law.spread / sigma),
+            fit.problem.step / sigma if fit.problem.step else None,
         )
 
     def loss(self, residual: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -52,10 +63,32 @@ class Errors:
         z = residual / self.level
         if self.share is None or self.wide is None:
             return cauchy(z, self.scale)[0]
-        noise = np.log1p(-self.share) - np.square(z) / 2
+        own = np.square(z) / 2 if self.step is None else rounded(z, self.step)
+        noise = np.log1p(-self.share) - own
         far = np.log(self.share) - np.log(self.wide) / 2 - np.square(z) / self.wide / 2
         return np.asarray(-2 * np.logaddexp(noise, far))
 
     def cost(self, residual: NDArray[np.float64]) -> float:
         """The sum of that."""
         return float(self.loss(residual).sum())
+
+
+def rounded(z: NDArray[np.float64], step: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Minus the logarithm of the density at z, of unit variance, of what is rounded by steps.
+
+    Anything within half a step is as good: no light is needed that explains it. Beside a Gaussian
+    of unit variance at 0, as z^2 / 2 is.
+
+    Examples
+    --------
+    >>> z = np.array([0.0, 1.0, 1.6, 4.0])
+    >>> rounded(z, np.full(4, 0.1)).round(2).tolist()
+    [0.0, 0.5, 1.28, 8.0]
+    >>> rounded(z, np.full(4, np.sqrt(12))).round(2).tolist()
+    [0.32, 0.32, 0.58, 89.55]
+    """
+    rest = np.sqrt(np.maximum(1 - np.square(step) / 12, np.square(SHARP * step)))
+    near = log_ndtr((step / 2 - np.abs(z)) / rest)
+    far = log_ndtr((-step / 2 - np.abs(z)) / rest)
+    share = near + np.log(-np.expm1(far - near))
+    return np.asarray(np.log(step / np.sqrt(2 * np.pi)) - share)

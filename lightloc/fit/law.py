@@ -36,8 +36,10 @@ RATHER = 0.5
 
 TINY = np.finfo(float).tiny
 
-STARTS = np.array([[1.0, 1.0, 1.0], [1e-3, 1e-3, 1.0], [1.0, 1e-3, 1e-3]])
-"""Shares of the three terms to begin with: all, relative alone, constant alone."""
+TERMS = np.array([[1.0, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 0], [1, 0, 1], [0, 1, 1], [1, 1, 1]])
+"""Which of the three terms a law may have. One that is there by chance alone would bend the law
+where little tells it: each must gain the logarithm of the number of residuals (Schwarz's
+criterion)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,7 +168,8 @@ def _of_channel(
     x = np.stack([np.full_like(M, mean**2), M * mean, np.square(M)])
     own = known[told] + np.square(RELATIVE * M) + (ABSOLUTE * mean) ** 2
     cost, v, share, spread, core = min(
-        (_maximized(squares, x, own, start) for start in STARTS), key=lambda one: one[0]
+        (_maximized(squares, x, own, terms) for terms in TERMS),
+        key=lambda one: one[0] + np.log(squares.size) * np.count_nonzero(one[1]),
     )
     variance = own + v @ x
     fisher = (x * (core / np.square(variance) / 2)) @ x.T
@@ -182,8 +185,14 @@ def _maximized(
     own: NDArray[np.float64],
     start: NDArray[np.float64],
 ) -> tuple[float, NDArray[np.float64], float, float, NDArray[np.float64]]:
-    """Cost, v, share and variance of outliers, and which residuals are noise, from one start."""
-    v = start * MEDIAN_TO_SIGMA**2 * np.median(squares / (start @ x))
+    """Cost, v, share and variance of outliers, and which residuals are noise, from one start.
+
+    Terms that begin at 0 stay there.
+    """
+    typical = start @ x
+    lit = typical > 0  # a light's noise tells nothing where no light is
+    size = np.median(squares[lit] / typical[lit]) if lit.any() else 0.0
+    v = start * MEDIAN_TO_SIGMA**2 * size
     share, wide = MOST_OUTLIERS / 4, FAR**2 * float((own + v @ x).mean())
     cost, core = np.inf, np.ones_like(squares)
     for _ in range(STEPS):

@@ -36,6 +36,8 @@ class Problem:
         for; None where there is none.
     unit : str
         Of length, for sentences.
+    step
+        By which radiance is rounded; 0 where it is not.
     subtracted
         What is no longer in ``radiance``; nothing where None.
     """
@@ -47,6 +49,7 @@ class Problem:
     bounds: NDArray[np.float64]
     ambient: NDArray[np.float64] | None = None
     unit: str = "m"
+    step: float = 0.0
     subtracted: Subtracted | None = None
 
     @staticmethod
@@ -68,6 +71,7 @@ class Problem:
             bounds,
             ambient,
             q.unit,
+            q.step,
         )
 
     @cached_property

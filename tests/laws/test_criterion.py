@@ -9,7 +9,7 @@ import pytest
 
 from lightloc import Lambert, Observations, Options, PointLights
 from lightloc.fit.criterion import ESTIMATED, FEW, LUCK, Criterion, Likelihood
-from lightloc.fit.errors import Errors
+from lightloc.fit.errors import SHARP, Errors, rounded
 from lightloc.fit.law import MOST_OUTLIERS
 from lightloc.fit.loss import robust
 from lightloc.fit.problem import Fit, Problem
@@ -152,3 +152,45 @@ def test_what_noise_explains_ends_at_deviations_of_chi_square(problem):
             # none is wild, so that none is left out
             z = np.sqrt(cost / N) * np.sign(noise())[:, None]
             assert ask(problem, Fit(black, z, cost, problem)) is said
+
+
+@pytest.mark.parametrize("step", [0.3, 1.0, 2.5, np.sqrt(12)])
+def test_the_density_of_what_is_rounded(step):
+    """The share of a hundred thousand draws that are read as each value, to five of its errors."""
+    rng, n = np.random.default_rng(0), 100_000
+    rest = np.sqrt(max(1 - step**2 / 12, (SHARP * step) ** 2))
+    true = 0.3 * step
+    read = np.round((true + rest * rng.normal(size=n)) / step)
+    values = np.arange(-30, 31)
+    z = step * values - true
+    predicted = step / np.sqrt(2 * np.pi) * np.exp(-rounded(z, np.full(len(z), step)))
+    counted = np.array([(read == value).mean() for value in values])
+    assert (np.abs(counted - predicted) < 5 * np.sqrt(predicted / n) + 1e-6).all()
+    assert predicted.sum() == pytest.approx(1, abs=1e-3)
+
+
+def test_rounding_is_no_pattern_and_what_is_beyond_it_is(problem, fit):
+    """Neighbours share what rounding leaves of them: a slope in steps of 3 standard errors."""
+    x = np.linspace(0, 1, 40)
+    on = np.stack(np.meshgrid(x, x), axis=-1).reshape(-1, 2)
+    up = np.tile([0.0, 0.0, 1.0], (len(on), 1))
+    q = Observations(
+        positions=np.column_stack([on, 0 * on[:, 0]]),
+        normals=up,
+        directions=up,
+        radiance=np.full(len(on), 2 * WILD),
+        material=Lambert(albedo=0.5),
+    )
+    step = 3.0
+    slope = 5 * on[:, :1]
+    z = step * np.round(slope / step) - slope
+    plain = Problem.of(q, np.ones((len(on), 1)), None, q.bounds)
+    known = replace(plain, step=step)
+
+    def judged(z: np.ndarray, problem: Problem) -> bool:
+        one = Fit(PointLights(np.zeros((1, 3)), [1.0]), z, robust(z, 5.0), problem)
+        return CRITERION.is_explained(problem, one)
+
+    assert judged(z, known)
+    assert not judged(z, plain)
+    assert not judged(z + 1.5 * np.sin(6 * on[:, :1]), known)

@@ -29,6 +29,7 @@ from lightloc.diagnosis.departure import Departure, Evidence
 from lightloc.diagnosis.diagnose import cost_of
 from lightloc.diagnosis.joint import fitted
 from lightloc.diagnosis.kinds import MAKERS
+from lightloc.diagnosis.piece import pieces
 from lightloc.fit import Criterion, Problem
 
 SIZE = np.array([4.0, 3.0, 2.5])
@@ -320,12 +321,12 @@ def test_one_albedo_of_all_is_not_told():
 
 
 @pytest.mark.parametrize(("share", "grows"), [(0.08, True), (0.02, False)])
-def test_outliers_at_one_place_make_errors_larger(share, grows):
+def test_outliers_along_a_line_make_errors_larger(share, grows):
     """Those beside them may be off by less than is seen; scattered, the same values pull nowhere.
-    Controls: a few do not; without patches it would be 1.26 times, with them it is 1.85."""
+    Control: a few do not. Without patches the two are the same to 1 %."""
     q, _ = right()
     rng = np.random.default_rng(0)
-    away = np.linalg.norm(q.positions - q.positions[rng.integers(len(q))], axis=1)
+    away = np.abs(q.positions[:, 2] - 1.2)
     count = round(share * len(q))
     factor = rng.uniform(1.0, 1.2, (count, 1))
     errors = []
@@ -335,4 +336,47 @@ def test_outliers_at_one_place_make_errors_larger(share, grows):
         found = localize(q.with_radiance(B, q.sigma))
         assert len(found.lights) == 2
         errors.append(np.log(found.position_error).mean())
-    assert (errors[0] - errors[1] > np.log(1.5)) == grows
+    assert (errors[0] - errors[1] > np.log(1.2)) == grows
+
+
+def swapped(share, together, sigma=True):
+    """A share of the points have the B of others, all of one place or anywhere."""
+    q, _ = right()
+    rng = np.random.default_rng(0)
+    away = np.linalg.norm(q.positions - q.positions[rng.integers(len(q))], axis=1)
+    some = np.argsort(away)[: round(share * len(q))]
+    if not together:
+        some = rng.permutation(len(q))[: len(some)]
+    B = q.radiance.copy()
+    B[some] = q.radiance[rng.permutation(len(q))[: len(some)]]
+    return q.with_radiance(B, q.sigma if sigma else None)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("sigma", [True, False], ids=["sigma", "no sigma"])
+@pytest.mark.parametrize("together", [True, False], ids=["together", "scattered"])
+def test_a_piece_that_is_not_what_it_is_believed_to_be(together, sigma):
+    """It is named and left out, and its points are the outliers; scattered ones are no piece."""
+    q = swapped(0.1, together, sigma)
+    found = localize(q)
+    assert off(found, TWO) < FAR
+    kinds = [v.kind for v in found.verdicts]
+    assert (Kind.GEOMETRY in kinds) == together
+    if together:
+        assert kinds[0] is Kind.GEOMETRY
+        assert found.reason is Reason.UNDECIDED
+        assert found.departures[0].name == "a piece of the surface"
+    if not sigma:
+        assert 0.07 < found.noise.share < 0.13
+
+
+def test_a_piece_is_never_most_of_what_is_lit():
+    """One light that reaches a corner alone: what it lights is no piece that may be left out."""
+    q = room(Lambert(albedo=0.5), n=3000)
+    corner = np.linalg.norm(q.positions - SIZE, axis=1) < 1.2
+    evidence = evidence_of(noisy(q, 3.0 * corner[:, None] + 1e-6))
+    nothing = PointLights(np.zeros((0, 3)), np.zeros((0, 1)))
+    assert 0 < corner.mean() < 0.2
+    (piece,) = pieces(evidence.lit(nothing))
+    assert piece.aside is not None
+    assert piece.aside.sum() <= 0.2 * corner.sum()

@@ -130,3 +130,15 @@ def test_a_dark_channel_has_errors_too():
     law = law_left(np.hstack([left, 0 * left]), np.hstack([M, 0 * M]))
     dark = law.sigma(np.zeros((1, 2)))[0, 1]
     assert 0 < dark < 1e-3 * M.mean()
+
+
+@pytest.mark.parametrize("law", ["relative", "shot", "read"])
+def test_a_law_of_one_term_is_told_with_one(law):
+    """Others are there by chance in at most a few of forty; with all of the three terms none
+    is left out."""
+    one = [
+        np.count_nonzero(law_left(*drawn(law, 0.02, seed)[2::-2]).variance) for seed in range(40)
+    ]
+    assert one.count(1) >= 36
+    M, _, left, _ = drawn("all", 0.02)
+    assert np.count_nonzero(law_left(left, M).variance) > 1

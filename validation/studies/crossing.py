@@ -110,9 +110,10 @@ def ghosts(found: PointLights, room: Clean, bound: Bound, solid: bool) -> int:
 
 
 def sigma_off(answer: Localization, room: Clean, reading: Reading, far: NDArray[np.bool_]) -> float:
-    """The largest relative error of the predicted standard error over the central B."""
-    B = room.q.radiance[:, 0]
+    """The largest relative error of the predicted standard error over the central B: of the law at
+    the true B, since a light a millimetre off has other B along the edge of its shadow."""
+    B, law = room.q.radiance[:, 0], answer.noise
     low, high = np.quantile(B[B > 0], CENTRAL)
     asked = reading.tells & ~far & (low <= B) & (high >= B)
-    ratio = answer.sigma[asked, 0] / reading.sigma[asked, 0]
-    return float(np.nanmax(np.abs(ratio - 1)))
+    predicted = np.sqrt(law.read**2 + law.shot * B[asked] + np.square(law.relative * B[asked]))
+    return float(np.nanmax(np.abs(predicted / reading.sigma[asked, 0] - 1)))

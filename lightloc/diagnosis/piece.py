@@ -1,0 +1,87 @@
+"""Geometry: a piece of what is seen that is not what it is believed to be, and is left out.
+
+An object that was moved, or put into the room, shows light that is meant for another place: its
+observations are far off together, each in its own way. Lights beside it would explain a few.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.distance import cdist
+
+from lightloc.answer import Kind
+from lightloc.diagnosis.departure import Array, Departure, Lit, Modelled, fixed
+from lightloc.diagnosis.joint import left
+from lightloc.fit import cauchy
+
+NAME = "a piece of the surface"
+
+CHARGED = 8
+"""Unknowns that each observation of it is charged for: noise loses less by far."""
+
+PRICE = 12.0
+"""Loss that an observation must leave to count for the piece that it lies in; what leaves less
+counts against it."""
+
+SHARE = 0.2
+"""Of the observations that are lit, at most: of more the rest would tell little."""
+
+FEW = 6
+"""Observations, at least: as many as may lie together by chance."""
+
+
+def pieces(lit: Lit) -> list[Departure]:
+    """The round piece that leaves most, if there is one."""
+    inside, centre, radius = piece_of(lit)
+    count = int(inside.sum())
+    if count < FEW:
+        return []
+    seen = lit.evidence.problem.radiance
+    outside = ~inside[:, None]
+
+    def model(lit: Lit, u: Array) -> Modelled:
+        plain = lit.plain
+        B = np.where(outside, plain.B, seen)
+        return Modelled(B, plain.by_lights * outside[:, :, None], plain.by_unknowns)
+
+    place = ", ".join(f"{x:.3g}" for x in centre)
+    unit, (n, c) = lit.evidence.problem.unit, seen.shape
+    said = (
+        f"{100 * count / n:.2g} % of the observations, those within {radius:.2g} {unit} of "
+        f"({place}), are not of the surface that the geometry has there"
+    )
+    return [
+        Departure(
+            Kind.GEOMETRY,
+            NAME,
+            model,
+            lambda lit, u: np.zeros((n, c, 0)),
+            fixed(np.zeros((1, 0))),
+            lambda u, e: said,
+            "it without that piece, or with what is there",
+            fixed(np.zeros((2, 0))),
+            none=0,
+            rank=CHARGED * count * c,
+            aside=inside,
+        )
+    ]
+
+
+def piece_of(lit: Lit) -> tuple[NDArray[np.bool_], Array, float]:
+    """Which observations are of it, and the ball that holds them: the most that is left in one."""
+    evidence, x = lit.evidence, lit.evidence.q.positions
+    problem = evidence.problem
+    loss, _ = cauchy(left(evidence, lit.plain.B), evidence.criterion.likelihood.scale)
+    worth = (loss - PRICE).sum(axis=1)
+    middles = np.flatnonzero(worth > 0)
+    lit_up = np.abs(problem.radiance) > evidence.criterion.likelihood.scale * problem.sigma
+    away = cdist(x[middles], x)
+    order = np.argsort(away, axis=1)[:, : int(SHARE * lit_up.any(axis=1).sum())]
+    gain = np.cumsum(worth[order], axis=1)
+    if not gain.size or gain.max() <= 0:
+        return np.zeros(len(x), bool), x[0], 0.0
+    i, last = np.unravel_index(np.argmax(gain), gain.shape)
+    inside = np.zeros(len(x), bool)
+    inside[order[i, : last + 1]] = True
+    return inside, x[middles[i]], float(away[i, order[i, last]])
