@@ -75,7 +75,8 @@ def promises(
 ) -> list[Promise]:
     """What each departure would leave beside lights, from the best of its starts.
 
-    Only from those at which the model is as given where nothing ``far`` is asked.
+    Only from those at which the model is as given where nothing ``far`` is asked, and of what has
+    no unknowns.
     """
     lit, result = evidence.lit(lights), []
     ground = ground_of(lit)
@@ -84,7 +85,7 @@ def promises(
         for i, u in enumerate(departure.starts(lit)):
             if i < departure.none:
                 each.append((ground.promised(departure.columns(lit, u)), i, u))
-            elif far:
+            elif far or not u.size:
                 each.append((ahead(evidence, departure.model(lit, u)), i, u))
         if each:
             cost, _, u = min(each)
@@ -131,11 +132,13 @@ def attempts(evidence: Evidence, every: Sequence[Promise]) -> list[Joint]:
         if one.departure.kind not in seen:
             firsts.append(one)
             seen.add(one.departure.kind)
-    names, some = set[str](), list[Promise]()
+    names, some = set[tuple[str, int]](), list[Promise]()
     for one in [*ranked[:AHEAD], *firsts, *ranked]:
-        if one.departure.name not in names and len(some) < TRIED:
+        own = len(one.lights) if one.departure.aside is not None else 0  # others are left out
+        name = one.departure.name, own
+        if name not in names and len(some) < TRIED:
             some.append(one)
-            names.add(one.departure.name)
+            names.add(name)
     rough = list[Joint]()
     for i, one in enumerate(some):
         rough.append(fitted(evidence, one.lights, one.departure, one.unknowns, QUICK))

@@ -31,7 +31,7 @@ from lightloc.diagnosis.free import freed
 from lightloc.diagnosis.hanging import hung
 from lightloc.diagnosis.joint import Joint, fitted
 from lightloc.diagnosis.kinds import GEOMETRY, MAKERS
-from lightloc.diagnosis.telling import Diagnosis, told
+from lightloc.diagnosis.telling import Diagnosis, remarked, told
 from lightloc.diagnosis.wide import panels_of, wide
 from lightloc.fit import Criterion, Problem, estimated_level, is_exact, working_sigma
 from lightloc.given import Geometry, Observations, Options, PointLights
@@ -62,6 +62,9 @@ HALF = 0.5
 LAMPLIKE = 1.5
 """Times what the best departure leaves and costs, that the lights as lamps may, to be looked for
 anew where something explains."""
+
+ABOUT = 1.5
+"""Times what the best departure leaves and costs, that one with fewer lights may."""
 
 MANY = 4
 """Lights that are many beside a departure."""
@@ -137,7 +140,8 @@ def diagnosed(
     if found.reason is Reason.MOST_LIGHTS and not verdict.explained:
         return found  # lights that may not be looked for would be taken for a departure
     answer = told(found, whole, verdict, o)
-    return hung(found, whole, o) if right and is_same(found, answer.lights) else answer
+    same = right and is_same(found, answer.lights)
+    return hung(remarked(found, whole, verdict), whole, o) if same else answer
 
 
 def unmoved(found: Localization, whole: Evidence) -> Array:
@@ -192,7 +196,7 @@ def weighed(
     joints += spread(evidence, best_of(evidence, joints), sets)
     best = grown(evidence, joints, most)
     if best.departure is not None:
-        best = pruned(evidence, best)
+        best = claimed_by_all(evidence, pruned(evidence, best), joints)
     alone = base
     if best.departure is not None:
         alone = fitted(evidence, best.lights, None, np.zeros(0))
@@ -207,6 +211,26 @@ def weighed(
     shares = [float(np.clip((alone.cost - one.cost) / excess, 0, 1)) for one in others]
     pairs = tuple(zip(others, shares, strict=True))
     return Diagnosis(evidence, best, pairs, is_explained(evidence, best))
+
+
+def claimed_by_all(evidence: Evidence, best: Joint, joints: Sequence[Joint]) -> Joint:
+    """The best, or the fewest lights that explain about as well: more are not sure to be there.
+
+    Not if they leave and cost more than lights do without a departure.
+    """
+    noise = level([best, *joints])
+    cost = {id(one): total(evidence, one, noise) for one in [best, *joints]}
+    without = [cost[id(one)] for one in joints if one.departure is None]
+    limit = min([ABOUT * cost[id(best)], *without])
+    fewer = [
+        one
+        for one in joints
+        if one.departure
+        and len(one.lights) < len(best.lights)
+        and cost[id(one)] < limit
+        and is_explained(evidence, one)
+    ]
+    return min([best, *fewer], key=lambda one: (len(one.lights), cost[id(one)]))
 
 
 def may_be_lamps(evidence: Evidence, joints: Sequence[Joint]) -> bool:

@@ -20,9 +20,10 @@ NAME = "a piece of the surface"
 CHARGED = 8
 """Unknowns that each observation of it is charged for: noise loses less by far."""
 
-PRICE = 12.0
-"""Loss that an observation must leave to count for the piece that it lies in; what leaves less
-counts against it."""
+PRICE, MOST = 12.0, 3.0
+"""Loss that an observation must leave to count for the piece that it lies in, and so many times
+that at most; what leaves less counts against it. So a third of a piece are far off, wherever
+outliers lie."""
 
 SHARE = 0.2
 """Of the observations that are lit, at most: of more the rest would tell little."""
@@ -73,7 +74,7 @@ def piece_of(lit: Lit) -> tuple[NDArray[np.bool_], Array, float]:
     evidence, x = lit.evidence, lit.evidence.q.positions
     problem = evidence.problem
     loss, _ = cauchy(left(evidence, lit.plain.B), evidence.criterion.likelihood.scale)
-    worth = (loss - PRICE).sum(axis=1)
+    worth = np.minimum(loss.max(axis=1), MOST * PRICE) - PRICE
     middles = np.flatnonzero(worth > 0)
     lit_up = np.abs(problem.radiance) > evidence.criterion.likelihood.scale * problem.sigma
     away = cdist(x[middles], x)

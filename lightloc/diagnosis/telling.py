@@ -109,6 +109,13 @@ def told(found: Localization, whole: Evidence, diagnosis: Diagnosis, o: Options)
     return judged(answer, whole.problem, o)
 
 
+def remarked(found: Localization, whole: Evidence, diagnosis: Diagnosis) -> Localization:
+    """The answer with what explains far better and leaves its lights where they are."""
+    share = next(share for one, share in diagnosis.others if one is diagnosis.best)
+    verdict, departed = said(diagnosis.evidence, diagnosis.best, share, sure=False)
+    return replace(found, verdicts=(*found.verdicts, verdict), departures=(departed,))
+
+
 def said(evidence: Evidence, joint: Joint, share: float, sure: bool) -> tuple[Verdict, Departed]:
     """A departure as a user reads it, and as values."""
     departure = joint.departure

@@ -65,18 +65,19 @@ def best_one(
 ) -> Localization:
     """The answer, with one light in place of those found if that explains far more of B.
 
-    Only where those explain neither the observations nor most of B, outliers apart. ``q`` are the
-    observations that ``found`` is of, (2, 3) ``bounds`` the region.
+    Only where those explain neither the observations nor most of B; outliers apart, where they are
+    few of what is lit. ``q`` are the observations that ``found`` is of, (2, 3) ``bounds`` the
+    region.
     """
     if found.reason not in (Reason.NO_GAIN, Reason.MOST_LIGHTS):
         return found
     size = size_of(found.direct, few=3 + found.direct.shape[1])
     off = found.residual * found.sigma / size
     left = robust(off, o.outlier)
-    few = found.noise.share < MOST_OUTLIERS
-    if robust(off * ~(found.noise.outliers & few), o.outlier) < POOR * robust(
-        found.direct / size, o.outlier
-    ):
+    lit = np.abs(found.direct) > o.outlier * found.sigma
+    few = (lit & found.noise.outliers).sum() < MOST_OUTLIERS * lit.sum()
+    most = ~(found.noise.outliers & few)
+    if robust(off * most, o.outlier) < POOR * robust(found.direct / size * most, o.outlier):
         return found
     wide = np.broadcast_to(size, found.direct.shape)
     q = q.with_radiance(found.direct, wide)
