@@ -15,9 +15,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from lightloc.answer import Localization, NoiseLaw, Reason, at_border
 from lightloc.checks import array
-from lightloc.fit import law_left
+from lightloc.fit import robust
 from lightloc.given import Geometry, Observations, PointLights
 from lightloc.optics import shading
+from lightloc.search.single import size_of
 
 LARGEST = 20.0
 """Of the observations' longest side: a ground plane or a sky may be as large as it likes."""
@@ -39,6 +40,9 @@ WIDENINGS = 3
 
 LESS = 0.97
 """Share of the robust loss of a light within that one beyond the border may leave, at a glance."""
+
+WILD = 5.0
+"""Sizes of B beyond which what is left of one observation counts less and less."""
 
 ALIKE = 1 + 1e-3
 """Chi-square in a wider region may be more by so little, which is a polish's."""
@@ -143,14 +147,15 @@ def widened(
 
 
 def left(found: Localization) -> float:
-    """What an answer leaves, as a variance: answers are compared whatever errors each took.
+    """What an answer leaves: answers are compared whatever errors each took.
 
-    Errors that were estimated are what its own lights leave, so that chi-square is 1 by itself.
+    Errors that were estimated are what its own lights leave, so that chi-square is 1 by itself;
+    what is left of B then counts by its squares, as a share of those of B.
     """
     if found.noise.law is not NoiseLaw.ESTIMATED:
         return found.chi2 * float(np.square(found.noise.scale).mean())
-    off = found.residual * found.sigma
-    return float(np.exp(law_left(off, found.direct - off).cost))
+    size = size_of(found.direct, few=3 + found.direct.shape[1])
+    return robust(found.residual * found.sigma / size, WILD)
 
 
 def bordered(found: Localization, region: Region) -> Localization:
