@@ -207,7 +207,10 @@ def weighed(
         best = base
     if best.departure is None and explained:
         return None
-    others = first_of_each(evidence, [best, *joints])
+    others = first_of_each(evidence, joints)
+    if best.departure is not None:
+        kind = best.departure.kind
+        others = [best, *(one for one in others if one.departure and one.departure.kind != kind)]
     shares = [float(np.clip((alone.cost - one.cost) / excess, 0, 1)) for one in others]
     pairs = tuple(zip(others, shares, strict=True))
     return Diagnosis(evidence, best, pairs, is_explained(evidence, best))

@@ -110,7 +110,9 @@ def told(found: Localization, whole: Evidence, diagnosis: Diagnosis, o: Options)
 
 
 def remarked(found: Localization, whole: Evidence, diagnosis: Diagnosis) -> Localization:
-    """The answer with what explains far better and leaves its lights where they are."""
+    """The answer with what explains far better, if anything, and leaves its lights as they are."""
+    if diagnosis.best.departure is None:
+        return found
     share = next(share for one, share in diagnosis.others if one is diagnosis.best)
     verdict, departed = said(diagnosis.evidence, diagnosis.best, share, sure=False)
     return replace(found, verdicts=(*found.verdicts, verdict), departures=(departed,))
