@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from lightloc.fit import RATHER, outside
 from lightloc.given import PointLights
+from lightloc.reprs import short
 
 
 class NoiseLaw(Enum):
@@ -105,6 +106,8 @@ class Noise:
     shot_error: NDArray[np.float64]
     relative_error: NDArray[np.float64]
 
+    __repr__ = short
+
     def leaving(self, residual: NDArray[np.float64]) -> Noise:
         """The same with the outliers among (n, c) residuals, in standard errors.
 
@@ -162,3 +165,5 @@ class Count:
     chi2: float
     likely: float
     allowed: bool
+
+    __repr__ = short

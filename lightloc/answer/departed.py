@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lightloc.answer.verdicts import Kind
+from lightloc.reprs import short
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,3 +45,5 @@ class Departed:
     errors: NDArray[np.float64]
     share: float
     sentence: str
+
+    __repr__ = short

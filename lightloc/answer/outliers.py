@@ -13,6 +13,7 @@ from scipy.stats import binom
 from lightloc.backend import types
 from lightloc.given import Geometry, Observations, PointLights
 from lightloc.optics import columns, radiance, shadows, surfels
+from lightloc.reprs import short
 
 BESIDE = 0.005
 """Of the diagonal: what lies so near a shadow's edge may be on its other side."""
@@ -76,6 +77,8 @@ class Outliers:
     where: Where
     observations: NDArray[np.intp] = field(repr=False)
     surface: str = ""
+
+    __repr__ = short
 
     @property
     def place(self) -> str:

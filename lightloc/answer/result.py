@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lightloc import units
 from lightloc.answer.basis import Assumption, Count, Noise, Way
 from lightloc.answer.departed import Departed
 from lightloc.answer.noise_said import noise_said
 from lightloc.answer.outliers import Outliers, outliers_said
+from lightloc.answer.printed import columns, html, text
 from lightloc.answer.stored import plain, read, write
 from lightloc.answer.verdicts import Verdict
 from lightloc.checks import printable
@@ -160,8 +160,9 @@ class Localization:
     >>> q = q.with_radiance(B, sigma=0.001 * B.max())
     >>> found = localize(q, bounds=[[-1, -1, 0.1], [1, 1, 1]])
     >>> print(found)
-    1 light(s). The lights explain every observation to within its error.
-      (0.2000 ± 0.0002, 0.1000 ± 0.0002, 0.5000 ± 0.0002) m   10.0000 ± 0.006 W/sr
+    1 light. The lights explain every observation to within its error.
+      light  position (m)                                       intensity (W/sr)
+      1      0.2000 ± 0.0002, 0.1000 ± 0.0002, 0.5000 ± 0.0002  10.0000 ± 0.006
     """
 
     lights: PointLights
@@ -274,7 +275,7 @@ class Localization:
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     found.save(f"{folder}/found.npz")
         ...     print(Localization.load(f"{folder}/found.npz"))
-        0 light(s). No light explains these observations better than darkness, which explains them.
+        0 lights. No light explains these observations better than darkness, which explains them.
         """
         write(vars(self), path)
 
@@ -319,40 +320,47 @@ class Localization:
             said = str(error).removeprefix(f"{path}: ")
             raise ValueError(f"{path}: {printable(said)}") from None
 
+    def to_frame(self) -> Any:
+        """Put the lights into a data frame of pandas, which has to be installed.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A row for each light, numbered from 1: ``x``, ``y``, ``z`` and ``intensity`` (or
+            ``intensity_r`` and so on), each with its standard error (``x_error``), ``width``, and
+            the kinds of the ``verdicts`` on it.
+
+        Raises
+        ------
+        ValueError
+            If pandas is not installed.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from lightloc import Irradiance, Observations, localize
+        >>> x = np.random.default_rng(0).uniform(-1, 1, (100, 3)) * [1, 1, 0]
+        >>> q = Observations(positions=x, normals=[[0, 0, 1]] * 100, radiance=np.zeros(100),
+        ...                  sigma=0.01, material=Irradiance())
+        >>> found = localize(q, bounds=[[-1, -1, 0.1], [1, 1, 1]])
+        >>> list(found.to_frame().columns)[:4]  # doctest: +SKIP
+        ['x', 'x_error', 'y', 'y_error']
+        """
+        try:
+            import pandas
+        except ImportError:
+            raise ValueError("a data frame needs pandas: pip install pandas") from None
+        numbers = pandas.RangeIndex(1, len(self.lights) + 1, name="light")
+        return pandas.DataFrame(columns(self), index=numbers)
+
     def __str__(self) -> str:
-        rows = [f"{len(self.lights)} light(s). {self.reason.value}"]
-        for p, I, dp, dI in zip(
-            self.lights.positions,
-            self.lights.intensities,
-            self.position_error,
-            self.intensity_error,
-            strict=True,
-        ):
-            where = [
-                f"{units.figure(_sure(a, e), self.unit)} ± {e:.1g}"
-                for a, e in zip(p, dp, strict=True)
-            ]
-            bright = [
-                "unknown" if np.isnan(a) else f"{units.figure(_sure(a, e), self.unit)} ± {e:.1g}"
-                for a, e in zip(I, dI, strict=True)
-            ]
-            rows.append("  " + units.light(where, bright, self.unit, self.lights.intensity_unit))
-        if len(self.lights):
-            said = units.explained(self.unit, self.lights.intensity_unit)
-            rows += [f"  {sentence}" for sentence in said]
-        rows += [f"  {verdict.sentence}" for verdict in self.verdicts]
-        rows += [f"  {sentence}" for sentence in self.remarks]
-        if self.why:
-            rows.append(f"  {self.why} Interreflected light was {self.way.value}.")
-        told = {verdict.kind for verdict in self.verdicts}
-        rows += [f"  Fitted too: {d.sentence}." for d in self.departures if d.kind not in told]
-        return "\n".join(rows)
+        return text(self)
 
+    def __repr__(self) -> str:
+        return f"Localization(lights={self.lights!r}, reason={self.reason.name})"
 
-def _sure(value: float, error: float) -> float:
-    """The value to one digit more than its error has."""
-    known = np.isfinite(error) and error > 0
-    return float(np.round(value, 1 - int(np.floor(np.log10(error))))) if known else float(value)
+    def _repr_html_(self) -> str:
+        return html(self)
 
 
 def in_the_unit(found: Localization, q: Observations) -> Localization:

@@ -45,10 +45,13 @@ def plain(found: Mapping[str, Any]) -> dict[str, Any]:
         "format": FORMAT,
         "unit": found["lights"].unit,
         "intensity_unit": found["lights"].power,
-        "lights": [dict(zip(names, map(known, row), strict=True)) for row in rows],
+        "lights": [
+            {"light": i} | dict(zip(names, map(known, row), strict=True))
+            for i, row in enumerate(rows, 1)
+        ],
         "reason": found["reason"].name,
         "verdicts": [
-            {"kind": v.kind.name, "lights": list(v.lights), "sentence": v.sentence}
+            {"kind": v.kind.name, "lights": [i + 1 for i in v.lights], "sentence": v.sentence}
             for v in found["verdicts"]
         ],
         "chi2": known(found["chi2"]),
@@ -120,6 +123,10 @@ def known(value: Any) -> Any:
 def write(found: Mapping[str, Any], path: str | Path) -> None:
     """Write ``.npz``: `plain` as JSON under ``answer``, and all that is an array by its name."""
     answer = plain(found) | {
+        "verdicts": [
+            {"kind": v.kind.name, "lights": list(v.lights), "sentence": v.sentence}
+            for v in found["verdicts"]
+        ],
         "chi2": found["chi2"],
         "certificate": found["certificate"],
         "inseparable": found["inseparable"],

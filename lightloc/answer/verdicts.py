@@ -84,14 +84,15 @@ class Verdict:
     kind : Kind
         What sort of thing.
     lights : tuple of int
-        Indices of the lights that it is about; none where it is about the model or the region.
+        Indices of the lights that it is about, from 0; none where it is about the model or the
+        region. Sentences, tables and files number lights from 1.
     sentence : str
         What a user reads.
 
     Examples
     --------
     >>> from lightloc import Kind, Verdict
-    >>> Verdict(Kind.CLUSTER, (0, 1), "Lights 0 and 1 can't be told apart.").kind.value
+    >>> Verdict(Kind.CLUSTER, (0, 1), "Lights 1 and 2 can't be told apart.").kind.value
     'what was found as one light may be several, or several may be one'
     """
 
@@ -128,7 +129,11 @@ def unexplained(fit: Fit, problem: Problem, tried: int, share: float | None = No
         f"The model does not explain the data: chi-square is {fit.cost / problem.rows:.3g} per "
         f"residual, where noise alone leaves 1."
     )
-    looked = f" Up to {tried} light(s) were tried;" if tried else " No place for a light was found;"
+    looked = (
+        f" Up to {tried} light{'s' * (tried != 1)} were tried;"
+        if tried
+        else " No place for a light was found;"
+    )
     if share is not None:
         said += f"{looked} of all single ones this explains most, {_percent(share)} of B squared."
     elif not len(fit):
@@ -151,8 +156,8 @@ def uncertain(problem: Problem, lights: PointLights, errors: Bound, o: Options) 
         share = Z95 * float((dI / np.maximum(whole, 1e-300)).max())
         if off > o.sure_position * problem.size or share > o.sure_intensity:
             said = (
-                f"Light {i} is known to ± {_length(off, problem.unit)} and {_percent(share)} of "
-                f"its intensity (95 %)."
+                f"Light {i + 1} is known to ± {_length(off, problem.unit)} and {_percent(share)} "
+                f"of its intensity (95 %)."
             )
             verdicts.append(Verdict(Kind.UNCERTAIN, (i,), said))
     return verdicts
@@ -163,12 +168,14 @@ def clusters(
 ) -> list[Verdict]:
     """Lights that could be two, and pairs that could be one."""
     found = [
-        Verdict(Kind.CLUSTER, pair, f"Lights {pair[0]} and {pair[1]} can't be told apart.")
+        Verdict(Kind.CLUSTER, pair, f"Lights {pair[0] + 1} and {pair[1] + 1} can't be told apart.")
         for pair in pairs
     ]
     for i, apart in enumerate(resolution):
         if apart > o.cluster * problem.size:
-            said = f"Light {i} may be several lights, up to {_length(apart, problem.unit)} apart."
+            said = (
+                f"Light {i + 1} may be several lights, up to {_length(apart, problem.unit)} apart."
+            )
             found.append(Verdict(Kind.CLUSTER, (i,), said))
     return found
 
@@ -184,7 +191,7 @@ def unseen(unknown: NDArray[np.bool_]) -> list[Verdict]:
         verdicts.append(Verdict(Kind.UNSEEN, tuple(range(k)), said))
     for i in np.flatnonzero((unknown & ~every).any(axis=1)):
         where = _channels(unknown[i] & ~every)
-        said = f"Light {i} reaches nothing that is seen{where}: its intensity there is unknown."
+        said = f"Light {i + 1} reaches nothing that is seen{where}: its intensity there is unknown."
         verdicts.append(Verdict(Kind.UNSEEN, (int(i),), said))
     return verdicts
 
@@ -201,7 +208,7 @@ def spread_out(width: NDArray[np.float64], unit: str) -> list[Verdict]:
         Verdict(
             Kind.EXTENDED,
             (int(i),),
-            f"Light {i} is no point: it is wide, or several lights close together. Two points "
+            f"Light {i + 1} is no point: it is wide, or several lights close together. Two points "
             f"{_length(width[i], unit)} apart look like it.",
         )
         for i in np.flatnonzero(width)
@@ -230,7 +237,7 @@ def mirrored(
         other = residuals(problem, PointLights(moved, lights.intensities))
         if criterion.likelihood.cost(other, level) < cost + SAME:
             where = ", ".join(f"{a:.4g}" for a in image)
-            said = f"Light {i} may as well be at ({where}): all observations lie in one plane."
+            said = f"Light {i + 1} may as well be at ({where}): all observations lie in one plane."
             verdicts.append(Verdict(Kind.MIRROR, (i,), said))
     return verdicts
 

@@ -15,6 +15,7 @@ from lightloc.brdf.ceiling import Ceiling
 from lightloc.brdf.parts import Parts
 from lightloc.brdf.protocol import Bounded, Scatter
 from lightloc.checks import numbers
+from lightloc.reprs import short
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +54,8 @@ class Mixed(Parts):
     """
 
     index: Any
+
+    __repr__ = short
 
     def __post_init__(self) -> None:
         self._check()

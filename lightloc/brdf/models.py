@@ -26,6 +26,7 @@ from lightloc.brdf.microfacet import (
 )
 from lightloc.brdf.parameters import Parameters, bind_parameter
 from lightloc.brdf.protocol import Scatter, Slope
+from lightloc.reprs import short
 
 
 @dataclass(frozen=True)
@@ -61,6 +62,8 @@ class Lambert(Parameters):
     """
 
     albedo: Any
+
+    __repr__ = short
 
     def __post_init__(self) -> None:
         self._check("albedo", 0.0)
@@ -136,6 +139,8 @@ class Conductor(Parameters):
     eta: Any = None
     k: Any = None
     specular: Any = 1.0
+
+    __repr__ = short
 
     def __post_init__(self) -> None:
         if (self.eta is None) != (self.k is None):
@@ -217,6 +222,8 @@ class Plastic(Parameters):
     ior: Any = 1.4895899  # polypropylene (1.49) in air, Mitsuba's default
     specular: Any = 1.0
     nonlinear: Any = False
+
+    __repr__ = short
 
     def __post_init__(self) -> None:
         self._check("alpha", SMALLEST_ALPHA)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from lightloc.brdf.models import Lambert
+from lightloc.reprs import short
 
 
 @dataclass(frozen=True)
@@ -31,3 +32,5 @@ class Irradiance(Lambert):
     """
 
     albedo: Any = field(default=np.pi, init=False)
+
+    __repr__ = short

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from lightloc.brdf.ceiling import Ceiling
 from lightloc.brdf.parts import Parts
 from lightloc.brdf.protocol import Bounded, Scatter, Slope, Sloped
+from lightloc.reprs import short
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +42,8 @@ class Sum(Parts):
     >>> bool(np.isclose(shading(q, [[0, 0, 1]])[0, 0, 0], (0.3 + 0.1 / (4 * 0.5**2)) / np.pi))
     True
     """
+
+    __repr__ = short
 
     def __post_init__(self) -> None:
         self._check()

@@ -181,7 +181,7 @@ def hangs_on(lights: PointLights, others: list[Alternative], unit: str) -> Itera
             )
         else:
             many = len(one.lights) > 1
-            who = "All lights" if many else f"Light {one.lights[0]}"
+            who = "All lights" if many else f"Light {one.lights[0] + 1}"
             them = "they" if many else "it"
             said = (
                 f"{who} may as well shine as a lamp does, {one.name}, and {them} would then be up "

@@ -114,7 +114,7 @@ def said(v: Array, e: Array) -> str:
     each = []
     for i in np.flatnonzero(m):
         axis = ", ".join(f"{a:.2f}" for a in v[i] / m[i])
-        each.append(f"light {i} shines as cos^{m[i]:.2g} (± {off[i]:.1g}) about ({axis})")
+        each.append(f"light {i + 1} shines as cos^{m[i]:.2g} (± {off[i]:.1g}) about ({axis})")
     return "; ".join(each) if each else "the lights shine alike in all directions"
 
 

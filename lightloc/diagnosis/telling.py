@@ -84,6 +84,8 @@ def told(found: Localization, whole: Evidence, diagnosis: Diagnosis, o: Options)
             return louder(found, whole, here, o)
     else:
         best = on_all(whole, best)
+        if best.departure is None:
+            return found  # it was a few of the observations that were asked
         explained = explained and is_explained(whole, best)
         if explained and found.noise.law is NoiseLaw.ESTIMATED:
             found, whole, best = lawful(found, whole, best)
@@ -125,9 +127,11 @@ def said(evidence: Evidence, joint: Joint, share: float, sure: bool) -> tuple[Ve
     spread, noise = covariance(evidence, joint), max(1.0, level_of(joint.residual))
     own = np.diag(spread)[len(spread) - len(joint.unknowns) :]
     errors = noise * np.sqrt(np.maximum(own, 0))
+    count = len(joint.lights)
+    lights = f"{count} light{'s' * (count != 1)}"
     first = "The model as given does not explain the data" if sure else "What is left is most like"
     sentence = (
-        f"{first}: {departure.said(joint.unknowns, errors)}. With {len(joint.lights)} light(s), "
+        f"{first}: {departure.said(joint.unknowns, errors)}. With {lights}, "
         f"this explains {100 * share:.0f} % of what is left beyond noise; try {departure.trial}."
     )
     told = Departed(departure.kind, departure.name, joint.unknowns, errors, share, sentence)

@@ -65,7 +65,7 @@ def departure(
         what = "panels, each" if name == PANELS else "patches, each"
         parts = [
             f"light {i} of {' x '.join(f'{a:.2g}' for a in side)} (± {error.max():.1g}) {unit}"
-            for i, (side, error) in enumerate(zip(sides, errors, strict=True))
+            for i, (side, error) in enumerate(zip(sides, errors, strict=True), 1)
         ]
         what = what if len(parts) > 1 else what.removesuffix("s, each").join(["a ", ""])
         return f"no points shine here but {what}: {', '.join(parts)}"

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lightloc.checks import array
+from lightloc.reprs import short
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,8 @@ class Grid:
     lower: NDArray[np.float64]
     upper: NDArray[np.float64]
     shape: tuple[int, int, int]
+
+    __repr__ = short
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "lower", array("Grid.lower", self.lower, (3,)))

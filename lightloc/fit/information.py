@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from lightloc.fit.problem import Problem
 from lightloc.given import Geometry, Observations, PointLights
 from lightloc.optics import shading_gradient
+from lightloc.reprs import short
 
 FREE = 1e-12
 """A parameter with less than this share in a direction that the data leave free has none in it."""
@@ -50,6 +51,8 @@ class Bound:
     position: NDArray[np.float64]
     intensity: NDArray[np.float64]
     covariance: NDArray[np.float64]
+
+    __repr__ = short
 
     @staticmethod
     def of(covariance: NDArray[np.float64], axes: NDArray[np.intp], k: int, c: int) -> Bound:

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from lightloc import units
 from lightloc.checks import array, numbers, unit_word
 from lightloc.files import regular, whole
+from lightloc.reprs import short
 
 FORMAT = "lightloc-lights-1"
 FORMATS = (FORMAT, "lightloc-localization-1")
@@ -57,6 +58,8 @@ class PointLights:
     intensities: NDArray[np.float64]
     unit: str
     intensity_unit: str
+
+    __repr__ = short
 
     def __init__(
         self,

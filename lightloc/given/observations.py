@@ -20,6 +20,7 @@ from lightloc.checks import (
     unit_word,
 )
 from lightloc.files import archive, whole
+from lightloc.reprs import short
 
 FORMAT = "lightloc-observations-2"
 OLD_FORMATS = ("lightloc-observations-1",)  # had no field that may not be left out today
@@ -120,6 +121,8 @@ class Observations:
     unit: str
     relative_sigma: bool
     intensity_unit: str
+
+    __repr__ = short
 
     def __init__(
         self,

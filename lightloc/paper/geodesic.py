@@ -12,6 +12,7 @@ from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
 from lightloc.checks import array, unit_vectors
+from lightloc.reprs import short
 
 NEIGHBOURS = 12  # a graph of 12 neighbours is 4 % longer than a plane's straight lines (measured)
 BOTH_SIDES = 3  # times as many are looked at: of 36 on a thin sheet 12 or more lie on one side
@@ -57,6 +58,8 @@ class Geodesic:
     lengths: NDArray[np.float64]
     n: int
     share: float
+
+    __repr__ = short
 
     @property
     def spacing(self) -> float:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lightloc.plane import follow
+from lightloc.reprs import short
 
 
 class Surface(Protocol):
@@ -126,6 +127,8 @@ class Perimeter:
     along: NDArray[np.float64]
     length: NDArray[np.float64]
 
+    __repr__ = short
+
     @staticmethod
     def of(positions: ArrayLike, normals: ArrayLike) -> Perimeter:
         """Follow the outlines that observations of the plane z = 0 lie on, from each to the next.
@@ -214,6 +217,8 @@ class SolidAngle:
     """
 
     positions: NDArray[np.float64]
+
+    __repr__ = short
 
     @property
     def share(self) -> float:

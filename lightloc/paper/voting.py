@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from lightloc.fields import NO_LIMITER, Grid
 from lightloc.paper.surface import Surface
+from lightloc.reprs import short
 
 DISCONTINUITY = 0.05  # T, of the scene's radius (section 4.2)
 MERGE = 0.10  # of the scene's radius: nearer peaks are one (section 4.3)
@@ -44,6 +45,8 @@ class Votes:
     grid: Grid
     votes: NDArray[np.float64]
     medial_axis: NDArray[np.bool_]
+
+    __repr__ = short
 
     def peaks(
         self, height: float, radius: float, *, merge: float = MERGE, lowering: float = LOWERING

@@ -14,6 +14,7 @@ from lightloc.checks import numbers
 from lightloc.plane.crossing import edges_of, first_hit, is_free
 from lightloc.plane.loop import Loop
 from lightloc.plane.vectors import in_plane
+from lightloc.reprs import short
 
 NEAR = 1e-3  # of the bounds' diagonal: a position further off is not on the outline
 
@@ -55,6 +56,8 @@ class Outline:
 
     walls: Loop
     occluders: tuple[Loop, ...] = ()
+
+    __repr__ = short
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "occluders", tuple(self.occluders))

@@ -196,7 +196,7 @@ def is_open(
     for side, axis in np.ndindex(2, 3):
         out = OUTWARDS[side, 0]
         inside = out * (q.bounds[side, axis] - q.positions[:, axis])
-        wall = q.normals[inside < depth * longest, axis] * out < 0
+        wall = q.normals[inside <= depth * longest, axis] * out < 0
         closes = out * (box[side, axis] - q.bounds[side, axis]) >= 0  # no wall if the box is less
         if not reach[side, axis] or (closes and wall.mean() > most):
             continue

@@ -435,7 +435,7 @@ def test_round_trip(tmp_path):
     points = ("--points", "512", "--transport", "direct")
     for arguments, code, said in (
         (("render", "box_two", *points, "-o", "new/seen.npz"), 0, "512 observations of box_two"),
-        (("localize", "new/seen.npz", "--scene", "box_two", "-o", "found.json"), 0, "2 light(s)"),
+        (("localize", "new/seen.npz", "--scene", "box_two", "-o", "found.json"), 0, "2 lights"),
         (("compare", found[0], "box_two", *found[1:]), 0, "precision 1.00, recall 1.00"),
         (("compare", found[0], "box_three", *found[1:]), 1, "2 found, 3 true"),
     ):

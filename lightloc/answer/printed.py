@@ -1,0 +1,101 @@
+"""The answer as a table: in a console, in a notebook, as a data frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lightloc import units
+
+if TYPE_CHECKING:
+    from lightloc.answer.result import Localization
+
+GAP = "  "
+"""Between columns."""
+
+
+def table(found: Localization) -> tuple[list[str], list[list[str]]]:
+    """Headings, and a row for each light: its number, place and intensity, and what is in doubt."""
+    unit, power = found.unit, found.lights.power
+    lengths = "" if unit == units.UNKNOWN else f" ({unit})"
+    head = ["light", f"position{lengths}", f"intensity ({power})" if power else "intensity", ""]
+    rows = []
+    for i, (p, e) in enumerate(zip(found.lights.positions, found.position_error, strict=True)):
+        bright = zip(found.lights.intensities[i], found.intensity_error[i], strict=True)
+        doubts = dict.fromkeys(v.kind.name for v in found.verdicts if i in v.lights)
+        rows.append(
+            [
+                str(i + 1),
+                ", ".join(_known(a, off, unit) for a, off in zip(p, e, strict=True)),
+                ", ".join("unknown" if np.isnan(a) else _known(a, off, unit) for a, off in bright),
+                ", ".join(doubts),
+            ]
+        )
+    return head if any(row[-1] for row in rows) else head[:-1], rows
+
+
+def text(found: Localization) -> str:
+    """Why the search stopped, the table, and a sentence each for all else that is said."""
+    count = len(found.lights)
+    lines = [f"{count} light{'s' * (count != 1)}. {found.reason.value}"]
+    if count:
+        head, rows = table(found)
+        lines += [f"  {line}" for line in _aligned([head, *(row[: len(head)] for row in rows)])]
+        if found.unit == units.UNKNOWN:
+            lines += [f"  {s}" for s in units.explained(found.unit, found.lights.intensity_unit)]
+    return "\n".join([*lines, *(f"  {sentence}" for sentence in sentences(found))])
+
+
+def html(found: Localization) -> str:
+    """The same for a notebook."""
+    head, rows = table(found)
+    cells = [f"<tr>{''.join(f'<td>{escape(c)}</td>' for c in r[: len(head)])}</tr>" for r in rows]
+    titles = "".join(f"<th>{escape(title)}</th>" for title in head)
+    whole = f"<table><thead><tr>{titles}</tr></thead><tbody>{''.join(cells)}</tbody></table>"
+    first, *_ = text(found).split("\n")
+    said = "".join(f"<br>{escape(sentence)}" for sentence in sentences(found))
+    return f"<p>{escape(first)}</p>{whole if rows else ''}<p>{said.removeprefix('<br>')}</p>"
+
+
+def columns(found: Localization) -> dict[str, Any]:
+    """Columns of numbers by name, a row for each light; the colours of RGB apart."""
+    lights, result = found.lights, dict[str, Any]()
+    for axis, name in enumerate("xyz"):
+        result[name] = lights.positions[:, axis]
+        result[f"{name}_error"] = found.position_error[:, axis]
+    names = ["intensity"] if lights.channels == 1 else [f"intensity_{c}" for c in "rgb"]
+    for channel, name in enumerate(names):
+        result[name] = lights.intensities[:, channel]
+        result[f"{name}_error"] = found.intensity_error[:, channel]
+    result["width"] = found.width
+    doubts = [[v.kind.name for v in found.verdicts if i in v.lights] for i in range(len(lights))]
+    result["verdicts"] = [", ".join(dict.fromkeys(kinds)) for kinds in doubts]
+    return result
+
+
+def sentences(found: Localization) -> list[str]:
+    """What is said below the table."""
+    said = [verdict.sentence for verdict in found.verdicts]
+    if found.ambient.any():
+        said.append(f"Ambient radiance: {', '.join(f'{a:.3g}' for a in found.ambient)}.")
+    said += found.remarks
+    if found.why:
+        said.append(f"{found.why} Interreflected light was {found.way.value}.")
+    told = {verdict.kind for verdict in found.verdicts}
+    return said + [f"Fitted too: {d.sentence}." for d in found.departures if d.kind not in told]
+
+
+def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    padded = ([c.ljust(w) for c, w in zip(row, widths, strict=True)] for row in rows)
+    return [GAP.join(row).rstrip() for row in padded]
+
+
+def _known(value: float, error: float, unit: str) -> str:
+    """The value to one digit more than its error has, and that."""
+    if np.isfinite(error) and error > 0:
+        value = float(np.round(value, 1 - int(np.floor(np.log10(error)))))
+    return f"{units.figure(value, unit)} ± {error:.1g}"
