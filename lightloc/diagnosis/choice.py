@@ -134,8 +134,8 @@ def attempts(evidence: Evidence, every: Sequence[Promise]) -> list[Joint]:
             seen.add(one.departure.kind)
     names, some = set[tuple[str, int]](), list[Promise]()
     for one in [*ranked[:AHEAD], *firsts, *ranked]:
-        own = len(one.lights) if one.departure.aside is not None else 0  # others are left out
-        name = one.departure.name, own
+        apart = one.departure.aside is not None or one.departure.kind is Kind.EXTENDED
+        name = one.departure.name, len(one.lights) if apart else 0
         if name not in names and len(some) < TRIED:
             some.append(one)
             names.add(name)

@@ -66,6 +66,9 @@ anew where something explains."""
 ABOUT = 1.5
 """Times what the best departure leaves and costs, that one with fewer lights may."""
 
+SEVERAL = 3
+"""Lights less, for which one that is wide need only explain about as well."""
+
 MANY = 4
 """Lights that are many beside a departure."""
 
@@ -275,7 +278,9 @@ def fewer_wide(
         if not joints:
             continue  # one may lie outside
         best = best_of(evidence, joints)
-        if is_explained(evidence, best) and total(evidence, best, 1.0) < many:
+        several = len(found.lights) - len(count.lights) >= SEVERAL
+        limit = many * (ABOUT if several else 1.0)
+        if is_explained(evidence, best) and total(evidence, best, 1.0) < limit:
             share = 1 - best.cost / max(plain(evidence, count.lights).cost, best.cost)
             return Diagnosis(evidence, best, ((best, share),), explained=True)
     return None

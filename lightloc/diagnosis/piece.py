@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
+from scipy.stats import binom
 
 from lightloc.answer import Kind
 from lightloc.diagnosis.departure import Array, Departure, Lit, Modelled, fixed
@@ -17,8 +18,11 @@ from lightloc.fit import cauchy
 
 NAME = "a piece of the surface"
 
-CHARGED = 8
-"""Unknowns that each observation of it is charged for: noise loses less by far."""
+CHARGED = 1
+"""Unknowns that each observation of it is charged for: what it shows."""
+
+BY_CHANCE = 1e-6
+"""Probability that as many are far off together where outliers lie anywhere."""
 
 PRICE, MOST = 12.0, 3.0
 """Loss that an observation must leave to count for the piece that it lies in, and so many times
@@ -27,6 +31,9 @@ outliers lie."""
 
 SHARE = 0.2
 """Of the observations that are lit, at most: of more the rest would tell little."""
+
+PAIRS = 1 << 22
+"""Distances, at most, that are looked at: of more, fewer middles are tried."""
 
 FEW = 6
 """Observations, at least: as many as may lie together by chance."""
@@ -76,6 +83,7 @@ def piece_of(lit: Lit) -> tuple[NDArray[np.bool_], Array, float]:
     loss, _ = cauchy(left(evidence, lit.plain.B), evidence.criterion.likelihood.scale)
     worth = np.minimum(loss.max(axis=1), MOST * PRICE) - PRICE
     middles = np.flatnonzero(worth > 0)
+    middles = middles[:: 1 + len(middles) * len(x) // PAIRS]
     lit_up = np.abs(problem.radiance) > evidence.criterion.likelihood.scale * problem.sigma
     away = cdist(x[middles], x)
     order = np.argsort(away, axis=1)[:, : int(SHARE * lit_up.any(axis=1).sum())]
@@ -85,4 +93,8 @@ def piece_of(lit: Lit) -> tuple[NDArray[np.bool_], Array, float]:
     i, last = np.unravel_index(np.argmax(gain), gain.shape)
     inside = np.zeros(len(x), bool)
     inside[order[i, : last + 1]] = True
+    far, count = (worth > 0) & inside, int(inside.sum())
+    elsewhere = (1 + np.count_nonzero((worth > 0) & ~inside)) / (len(x) - count)
+    if binom.sf(far.sum() - 1, count, elsewhere) * len(x) ** 2 > BY_CHANCE:
+        return np.zeros(len(x), bool), x[0], 0.0
     return inside, x[middles[i]], float(away[i, order[i, last]])

@@ -37,7 +37,8 @@ class CrossedTrial(Trial):
         The largest relative error of the predicted standard error over the central 90 % of B; None
         where there is no noise to be predicted.
     wild, wild_found
-        Share of the observations that lie `APART` from the truth, and what the answer says.
+        Share of the observations, of those that are measurements, that lie `APART` from the truth;
+        what the answer says.
     """
 
     dimensions: int
@@ -80,7 +81,7 @@ def crossed(name: str) -> CrossedTrial:
         **{name: level for name, level in levels.items() if name != "lights"},
         allowed=countable(bound, room.lights, GAIN[levels["dimensions"]]),
         sigma_off=None if sensor == "exact" else sigma_off(answer, room, reading, far),
-        wild=float(far.mean()),
+        wild=float(far[reading.tells].mean()),
         wild_found=answer.noise.share,
     )
 
