@@ -19,7 +19,8 @@ GAP = "  "
 
 def table(found: Localization) -> tuple[list[str], list[list[str]]]:
     """Headings, and a row for each light: its number, place and intensity, and what is in doubt."""
-    unit, power = found.unit, found.lights.power
+    unit, own = found.unit, found.lights.intensity_unit
+    power = own or ("W/sr" if unit == "m" else "")
     lengths = "" if unit == units.UNKNOWN else f" ({unit})"
     head = ["light", f"position{lengths}", f"intensity ({power})" if power else "intensity", ""]
     rows = []
@@ -44,8 +45,8 @@ def text(found: Localization) -> str:
     if count:
         head, rows = table(found)
         lines += [f"  {line}" for line in _aligned([head, *(row[: len(head)] for row in rows)])]
-        if found.unit == units.UNKNOWN:
-            lines += [f"  {s}" for s in units.explained(found.unit, found.lights.intensity_unit)]
+        said = units.explained(found.unit, found.lights.intensity_unit)
+        lines += [f"  {sentence}" for sentence in said]
     return "\n".join([*lines, *(f"  {sentence}" for sentence in sentences(found))])
 
 
@@ -56,7 +57,8 @@ def html(found: Localization) -> str:
     titles = "".join(f"<th>{escape(title)}</th>" for title in head)
     whole = f"<table><thead><tr>{titles}</tr></thead><tbody>{''.join(cells)}</tbody></table>"
     first, *_ = text(found).split("\n")
-    said = "".join(f"<br>{escape(sentence)}" for sentence in sentences(found))
+    below = [*units.explained(found.unit, found.lights.intensity_unit), *sentences(found)]
+    said = "".join(f"<br>{escape(sentence)}" for sentence in below)
     return f"<p>{escape(first)}</p>{whole if rows else ''}<p>{said.removeprefix('<br>')}</p>"
 
 

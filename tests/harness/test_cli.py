@@ -558,9 +558,9 @@ def test_readings_from_the_command_line(tmp_path):
     (tmp_path / "r.csv").write_text("\n".join([header, *rows]))
     done = lightloc_command("localize", "r.csv", "-o", "found.json", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    first, _, light = done.stdout.splitlines()[:3]
+    first, _, head = done.stdout.splitlines()[:3]
     assert first == "r.csv: 200 readings of irradiance, lengths in cm, errors given"
-    assert " cm " in light and light.endswith(" cd")
+    assert "position (cm)" in head and head.endswith("intensity (cd)")
     found = json.loads((tmp_path / "found.json").read_text())
     assert found["intensity_unit"] == "cd"
     np.testing.assert_allclose(found["lights"][0]["intensity"], [50], rtol=0.01)

@@ -204,7 +204,7 @@ def test_the_command_line(tmp_path, monkeypatch, capsys):
     code, said = run(*render_it, "--points", 400)
     assert code == 0 and "lengths in the scene's own unit" in said
     code, said = run("localize", seen, "--scene", scene, "--unit", "cm", "-o", found)
-    assert code == 0 and ") cm   " in said and "units of 0.0001 W/sr" in said
+    assert code == 0 and "position (cm)" in said and "units of 0.0001 W/sr" in said
     assert json.loads(found.read_text())["unit"] == "cm"
     assert run("compare", found, scene)[0] == 2
     for other in (scene, truth):

@@ -194,10 +194,10 @@ def test_the_unit_is_a_word():
     found = localize(q), localize(replace(q, unit="cm"))
     np.testing.assert_array_equal(*(f.lights.positions for f in found))
     rows = [str(f).splitlines() for f in found]
-    for row in rows[0][1 : len(found[0].lights) + 1]:
-        assert ") m   " in row and row.endswith(" W/sr")
-    for row in rows[1][1 : len(found[1].lights) + 1]:
-        assert ") cm   " in row and "W/sr" not in row
+    assert "position (m)" in rows[0][1] and "intensity (W/sr)" in rows[0][1]
+    assert "position (cm)" in rows[1][1] and "W/sr" not in rows[1][1]
+    count = len(found[0].lights)
+    assert [row.split()[0] for row in rows[1][2 : count + 2]] == [str(i + 1) for i in range(count)]
     assert "  Intensities are in units of 0.0001 W/sr." in rows[1]
 
 

@@ -51,7 +51,7 @@ def test_a_light_meter_in_millimetres(rng, tmp_path):
     # eight numbers, correlated light by light: no fewer than two are independent
     assert (z**2).max() < chi2.isf(RARE, 1)
     lines = str(found).splitlines()
-    assert " mm " in lines[1] and lines[1].endswith(" cd")
+    assert "position (mm)" in lines[1] and "intensity (cd)" in lines[1]
     assert found.to_dict()["intensity_unit"] == "cd"
 
 

@@ -129,7 +129,9 @@ def test_a_channel_unseen_by_one_light(blue, rng):
     right(found, known, true)
     if any(blue):
         i = blue.index(0.0)
-        there = f"Light {i} reaches nothing that is seen in blue: its intensity there is unknown."
+        there = (
+            f"Light {i + 1} reaches nothing that is seen in blue: its intensity there is unknown."
+        )
         assert said(found) == [there]
     else:
         assert said(found) == ["Nothing is seen in blue: its intensity is unknown."]
@@ -151,7 +153,7 @@ def test_in_files(found, tmp_path):
     assert "NaN" not in (tmp_path / "lights.json").read_text()
     back = PointLights.load(tmp_path / "lights.json")
     np.testing.assert_array_equal(back.intensities, found.lights.intensities)
-    assert "unknown W/sr" in str(found) and "nan" not in f"{found}{back}"
+    assert ", unknown " in str(found) and "nan" not in f"{found}{back}"
 
 
 def test_judged_by_what_is_known(found):
