@@ -26,13 +26,12 @@ def table(found: Localization) -> tuple[list[str], list[list[str]]]:
     rows = []
     for i, (p, e) in enumerate(zip(found.lights.positions, found.position_error, strict=True)):
         bright = zip(found.lights.intensities[i], found.intensity_error[i], strict=True)
-        doubts = dict.fromkeys(v.kind.name for v in found.verdicts if i in v.lights)
         rows.append(
             [
                 str(i + 1),
                 ", ".join(_known(a, off, unit) for a, off in zip(p, e, strict=True)),
                 ", ".join("unknown" if np.isnan(a) else _known(a, off, unit) for a, off in bright),
-                ", ".join(doubts),
+                _doubts(found, i),
             ]
         )
     return head if any(row[-1] for row in rows) else head[:-1], rows
@@ -73,8 +72,7 @@ def columns(found: Localization) -> dict[str, Any]:
         result[name] = lights.intensities[:, channel]
         result[f"{name}_error"] = found.intensity_error[:, channel]
     result["width"] = found.width
-    doubts = [[v.kind.name for v in found.verdicts if i in v.lights] for i in range(len(lights))]
-    result["verdicts"] = [", ".join(dict.fromkeys(kinds)) for kinds in doubts]
+    result["verdicts"] = [_doubts(found, i) for i in range(len(lights))]
     return result
 
 
@@ -88,6 +86,11 @@ def sentences(found: Localization) -> list[str]:
         said.append(f"{found.why} Interreflected light was {found.way.value}.")
     told = {verdict.kind for verdict in found.verdicts}
     return said + [f"Fitted too: {d.sentence}." for d in found.departures if d.kind not in told]
+
+
+def _doubts(found: Localization, i: int) -> str:
+    """The kinds of the verdicts on a light, by its index; each once."""
+    return ", ".join(dict.fromkeys(v.kind.name for v in found.verdicts if i in v.lights))
 
 
 def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:

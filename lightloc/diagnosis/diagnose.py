@@ -144,7 +144,7 @@ def diagnosed(
         return found  # lights that may not be looked for would be taken for a departure
     answer = told(found, whole, verdict, o)
     same = right and is_same(found, answer.lights)
-    return hung(remarked(found, whole, verdict), whole, o) if same else answer
+    return hung(remarked(found, verdict), whole, o) if same else answer
 
 
 def unmoved(found: Localization, whole: Evidence) -> Array:

@@ -111,7 +111,7 @@ def told(found: Localization, whole: Evidence, diagnosis: Diagnosis, o: Options)
     return judged(answer, whole.problem, o)
 
 
-def remarked(found: Localization, whole: Evidence, diagnosis: Diagnosis) -> Localization:
+def remarked(found: Localization, diagnosis: Diagnosis) -> Localization:
     """The answer with what explains far better, if anything, and leaves its lights as they are."""
     if diagnosis.best.departure is None:
         return found
