@@ -111,7 +111,7 @@ def diagnosed(
     if wider:
         return found
     base = plain(evidence, found.lights)
-    explained = is_explained(evidence, base)
+    explained = right or is_explained(evidence, base)
     if not explained:
         larger = unmoved(found, whole)
         some = some[:FITTED] if len(evidence.q) > FITTED else np.arange(len(q))
@@ -123,10 +123,12 @@ def diagnosed(
         asked = [one for one in asked if hope(evidence, one) < cost_of(evidence, base)]
         if not asked:
             return hung(found, whole, o)
+    several = {one.departure.kind for one in asked} != {Kind.GEOMETRY}
+    makers = MAKERS if several or not explained else GEOMETRY
     fewer = [one.lights for one in found.counts if len(one.lights) < len(found.lights)]
     sets = [found.lights, *fewer]
     for i, lights in enumerate(fewer):
-        asked += promises(evidence, lights, MAKERS if i < FEWER else GEOMETRY)
+        asked += promises(evidence, lights, makers if i < FEWER else GEOMETRY)
     joints = attempts(evidence, asked)
     verdict = weighed(evidence, base, sets, joints, explained, o.most_lights)
     for _ in range(0 if criterion.likelihood.known else QUIETER):
@@ -143,8 +145,9 @@ def diagnosed(
     if found.reason is Reason.MOST_LIGHTS and not verdict.explained:
         return found  # lights that may not be looked for would be taken for a departure
     answer = told(found, whole, verdict, o)
-    same = right and is_same(found, answer.lights)
-    return hung(remarked(found, verdict), whole, o) if same else answer
+    vain = answer.reason is Reason.NO_GAIN
+    same = right and (vain or is_same(found, answer.lights))
+    return remarked(hung(found, whole, o), verdict) if same else answer
 
 
 def unmoved(found: Localization, whole: Evidence) -> Array:

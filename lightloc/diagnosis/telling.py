@@ -112,8 +112,8 @@ def told(found: Localization, whole: Evidence, diagnosis: Diagnosis, o: Options)
 
 
 def remarked(found: Localization, diagnosis: Diagnosis) -> Localization:
-    """The answer with what explains far better, if anything, and leaves its lights as they are."""
-    if diagnosis.best.departure is None:
+    """The answer with what explains better, if anything, its lights and its reason as they are."""
+    if diagnosis.best.departure is None or found.departures:
         return found
     share = next(share for one, share in diagnosis.others if one is diagnosis.best)
     verdict, departed = said(diagnosis.evidence, diagnosis.best, share, sure=False)
