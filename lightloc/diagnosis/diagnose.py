@@ -136,10 +136,14 @@ def diagnosed(
         if verdict is None or verdict.best.departure is None or noise > STILL:
             break
         # what was taken for noise was the departure: lights that it hid may show now
+        before = verdict, whole
         whole, evidence = whole.quieter(noise), evidence.quieter(noise)
         again = plain(evidence, verdict.best.lights)
         joints = resumed(evidence, [verdict.best, *(one for one, _ in verdict.others)])
         verdict = weighed(evidence, again, sets, joints, False, o.most_lights, first=False)
+        if before[0].explained and not (verdict and verdict.explained):
+            verdict, whole = before
+            break
     if verdict is None:
         return hung(found, whole, o)
     if found.reason is Reason.MOST_LIGHTS and not verdict.explained:
@@ -235,6 +239,7 @@ def claimed_by_all(evidence: Evidence, best: Joint, joints: Sequence[Joint]) -> 
         one
         for one in joints
         if one.departure
+        and one.departure.aside is None
         and len(one.lights) < len(best.lights)
         and cost[id(one)] < limit
         and is_explained(evidence, one)
