@@ -193,7 +193,9 @@ def spread(evidence: Evidence, best: Joint, sets: Sequence[PointLights]) -> list
             if starts.shape[1] == len(best.unknowns):
                 starts = best.unknowns[None]
             result += [fitted(evidence, lights, departure, u, QUICK) for u in starts]
-    return finished(evidence, result)[:1]
+    noise = level([best, *result])
+    limit = COMPARABLE * total(evidence, best, noise)
+    return finished(evidence, [one for one in result if total(evidence, one, noise) < limit])[:1]
 
 
 def pruned(evidence: Evidence, best: Joint) -> Joint:

@@ -27,12 +27,13 @@ from lightloc.diagnosis.choice import (
 )
 from lightloc.diagnosis.departure import Array, Evidence
 from lightloc.diagnosis.emission import lamps_found
+from lightloc.diagnosis.fewer import claimed_by_all, fewer_apart, fewer_wide
 from lightloc.diagnosis.free import freed
 from lightloc.diagnosis.hanging import hung
 from lightloc.diagnosis.joint import Joint, fitted
 from lightloc.diagnosis.kinds import GEOMETRY, MAKERS
 from lightloc.diagnosis.telling import Diagnosis, remarked, told
-from lightloc.diagnosis.wide import panels_of, wide
+from lightloc.diagnosis.wide import panels_of
 from lightloc.fit import Criterion, Problem, estimated_level, is_exact, working_sigma
 from lightloc.given import Geometry, Observations, Options, PointLights
 from lightloc.optics import reflected_ambient
@@ -62,12 +63,6 @@ HALF = 0.5
 LAMPLIKE = 1.5
 """Times what the best departure leaves and costs, that the lights as lamps may, to be looked for
 anew where something explains."""
-
-ABOUT = 1.5
-"""Times what the best departure leaves and costs, that one with fewer lights may."""
-
-SEVERAL = 3
-"""Lights less, for which one that is wide need only explain about as well."""
 
 MANY = 4
 """Lights that are many beside a departure."""
@@ -122,7 +117,8 @@ def diagnosed(
     if explained:
         asked = [one for one in asked if hope(evidence, one) < cost_of(evidence, base)]
         if not asked:
-            return hung(found, whole, o)
+            apart = fewer_apart(found, evidence)
+            return told(found, whole, apart, o) if apart else hung(found, whole, o)
     several = {one.departure.kind for one in asked} != {Kind.GEOMETRY}
     makers = MAKERS if several or not explained else GEOMETRY
     fewer = [one.lights for one in found.counts if len(one.lights) < len(found.lights)]
@@ -226,27 +222,6 @@ def weighed(
     return Diagnosis(evidence, best, pairs, is_explained(evidence, best))
 
 
-def claimed_by_all(evidence: Evidence, best: Joint, joints: Sequence[Joint]) -> Joint:
-    """The best, or the fewest lights that explain about as well: more are not sure to be there.
-
-    Not if they leave and cost more than lights do without a departure.
-    """
-    noise = level([best, *joints])
-    cost = {id(one): total(evidence, one, noise) for one in [best, *joints]}
-    without = [cost[id(one)] for one in joints if one.departure is None]
-    limit = min([ABOUT * cost[id(best)], *without])
-    fewer = [
-        one
-        for one in joints
-        if one.departure
-        and one.departure.aside is None
-        and len(one.lights) < len(best.lights)
-        and cost[id(one)] < limit
-        and is_explained(evidence, one)
-    ]
-    return min([best, *fewer], key=lambda one: (len(one.lights), cost[id(one)]))
-
-
 def may_be_lamps(evidence: Evidence, joints: Sequence[Joint]) -> bool:
     """Whether a search for lamps is worth its time.
 
@@ -271,27 +246,6 @@ def as_panels(evidence: Evidence, lamps: Sequence[Joint]) -> list[Joint]:
         if not is_explained(evidence, one)
         for panel in [panels_of(evidence.lit(one.lights))]
     ]
-
-
-def fewer_wide(
-    found: Localization, whole: Evidence, evidence: Evidence, fewest: int
-) -> Diagnosis | None:
-    """Fewer lights that are patches, where they explain for less than many close together."""
-    rows = evidence.problem.rows
-    many = found.chi2 * rows + len(found.lights) * evidence.criterion.price(evidence.problem)
-    for count in found.counts:
-        if not fewest <= len(count.lights) < len(found.lights):
-            continue
-        joints = attempts(evidence, promises(evidence, count.lights, (wide,)))
-        if not joints:
-            continue  # one may lie outside
-        best = best_of(evidence, joints)
-        several = len(found.lights) - len(count.lights) >= SEVERAL
-        limit = many * (ABOUT if several else 1.0)
-        if is_explained(evidence, best) and total(evidence, best, 1.0) < limit:
-            share = 1 - best.cost / max(plain(evidence, count.lights).cost, best.cost)
-            return Diagnosis(evidence, best, ((best, share),), explained=True)
-    return None
 
 
 def evidence_of(
