@@ -37,8 +37,10 @@ in rooms of patches by 170 and more, where a light costs 20 (measured)."""
 def claimed_by_all(evidence: Evidence, best: Joint, joints: Sequence[Joint]) -> Joint:
     """The best, or the fewest lights that explain about as well: more are not sure to be there.
 
-    Not if they leave and cost more than lights do without a departure.
+    Not if they leave and cost more than lights do without a departure; nor beside a piece that is
+    left out, if that is the best: then what more lights gain tells.
     """
+    apart = best.departure is not None and best.departure.aside is not None
     noise = level([best, *joints])
     cost = {id(one): total(evidence, one, noise) for one in [best, *joints]}
     without = [cost[id(one)] for one in joints if one.departure is None]
@@ -47,7 +49,7 @@ def claimed_by_all(evidence: Evidence, best: Joint, joints: Sequence[Joint]) -> 
         one
         for one in joints
         if one.departure
-        and one.departure.aside is None
+        and not (apart and one.departure.aside is not None)
         and len(one.lights) < len(best.lights)
         and cost[id(one)] < limit
         and is_explained(evidence, one)
