@@ -62,6 +62,7 @@ from lightloc.search import (
     Ground,
     Ladder,
     Region,
+    above_rounding,
     best_one,
     bordered,
     by_law,
@@ -357,5 +358,6 @@ def searched(
         # the errors of a wrong model are correlated between neighbours
         ladder = replace(ladder, view=replace(view, criterion=criterion.doubting()))
     best, whole = settled(whole, ladder)
+    best = above_rounding(whole, best, criterion.likelihood.scale)
     last = Step("polish on all observations", len(best), best.cost / whole.rows)
     return concluded(q, whole, best, o, replace(ladder, history=(*ladder.history, last)))

@@ -16,6 +16,7 @@ For other rooms, in pipeline order:
 - `MOST_OUTLIERS`: the largest share of outliers that is allowed.
 - `Law`: how large the noise of B is, estimated.
 - `law_left`: the law of what a model leaves.
+- `arithmetic`: the standard errors that the arithmetic alone leaves.
 - `outside`: which residuals are outliers, and what share.
 - `cauchy`: Cauchy's loss, and the weight that it gives.
 - `robust`: the sum of that loss.
@@ -62,7 +63,7 @@ from lightloc.fit.information import (
     jacobian,
     resolution,
 )
-from lightloc.fit.law import MOST_OUTLIERS, RATHER, Law, law_left, outside
+from lightloc.fit.law import MOST_OUTLIERS, RATHER, Law, arithmetic, law_left, outside
 from lightloc.fit.levenberg import (
     AT_HAND,
     FIRST_DAMPING,
@@ -113,6 +114,7 @@ __all__ = [
     "MOST_OUTLIERS",
     "Law",
     "law_left",
+    "arithmetic",
     "outside",
     "cauchy",
     "robust",

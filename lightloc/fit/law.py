@@ -88,6 +88,11 @@ class Law:
         return np.asarray(1 / (1 + share / (1 - share) * np.exp(np.minimum(odds, 700))))
 
 
+def arithmetic(B: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(n, c) standard errors of the arithmetic where B is (n, c)."""
+    return np.asarray(np.hypot(RELATIVE * B, ABSOLUTE * B.mean(axis=0)))
+
+
 def law_left(
     left: NDArray[np.float64],
     model: NDArray[np.float64],

@@ -10,6 +10,7 @@ For other rooms, in pipeline order:
 - `by_law`: searches on by the law of the noise that is left.
 - `emptied`: exchanges lights until exact data leave nothing.
 - `settled`: the final refinement on all observations.
+- `above_rounding`: without lights that are no brighter than rounding.
 - `concluded`: the search's answer.
 - `widened`: looks further out where an open side stops a light.
 - `bordered`: says where a light lies at an open side in the end.
@@ -25,7 +26,7 @@ from lightloc.search.ladder import Ladder
 from lightloc.search.lawful import by_law
 from lightloc.search.polish import sharpened
 from lightloc.search.region import Region, bordered, widened
-from lightloc.search.settle import settled
+from lightloc.search.settle import above_rounding, settled
 from lightloc.search.single import best_one
 
 __all__ = [
@@ -37,6 +38,7 @@ __all__ = [
     "by_law",
     "emptied",
     "settled",
+    "above_rounding",
     "concluded",
     "widened",
     "bordered",

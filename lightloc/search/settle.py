@@ -10,6 +10,7 @@ from lightloc.fit import (
     Descents,
     Fit,
     Problem,
+    arithmetic,
     estimated_level,
     fit_of,
     intensities,
@@ -18,9 +19,14 @@ from lightloc.fit import (
     level_of,
     no_lights,
 )
+from lightloc.given import PointLights
+from lightloc.optics import shading
 from lightloc.search.ladder import Ladder
 from lightloc.search.lawful import posed_by
 from lightloc.search.polish import pruned, sharpened
+
+ROUNDING = 3.0
+"""Standard errors of the arithmetic, which are alike at neighbours, that a light must exceed."""
 
 REWEIGHTED = 2
 """Times that sigma is taken at the model's B: the second changes it by a thousandth."""
@@ -71,6 +77,18 @@ def settled(whole: Problem, ladder: Ladder) -> tuple[Fit, Problem]:
     level = estimated_level(fit.residual, len(fit) * (len(whole.axes) + fit.lights.channels))
     whole = replace(whole, sigma=whole.sigma * level)
     return sharpened(whole, Descents.at(fit.lights), criterion), whole
+
+
+def above_rounding(whole: Problem, fit: Fit, scale: float) -> Fit:
+    """Without lights that bring nowhere as much as rounding may: that is alike at neighbours."""
+    if whole.surfels.double or not len(fit):
+        return fit
+    each = shading(whole.surfels, fit.lights.positions, whole.geometry) * fit.lights.intensities
+    seen = (each > ROUNDING * arithmetic(each.sum(axis=1))[:, None]).any(axis=(0, 2))
+    if seen.all():
+        return fit
+    lights = PointLights(fit.lights.positions[seen], fit.lights.intensities[seen])
+    return fit_of(whole, lights, scale)
 
 
 def in_the_dark(whole: Problem) -> Problem:
