@@ -15,12 +15,14 @@ from lightloc.diagnosis.choice import (
     plain,
     promises,
     total,
+    without,
 )
 from lightloc.diagnosis.departure import Evidence
-from lightloc.diagnosis.joint import Joint, fitted
+from lightloc.diagnosis.joint import Joint, fitted, left, lost, modelled
 from lightloc.diagnosis.piece import pieces
 from lightloc.diagnosis.telling import Diagnosis
 from lightloc.diagnosis.wide import wide
+from lightloc.given import PointLights
 
 ABOUT = 1.5
 """Times what the best departure leaves and costs, that one with fewer lights may."""
@@ -43,8 +45,8 @@ def claimed_by_all(evidence: Evidence, best: Joint, joints: Sequence[Joint]) -> 
     apart = best.departure is not None and best.departure.aside is not None
     noise = level([best, *joints])
     cost = {id(one): total(evidence, one, noise) for one in [best, *joints]}
-    without = [cost[id(one)] for one in joints if one.departure is None]
-    limit = min([ABOUT * cost[id(best)], *without])
+    alone = [cost[id(one)] for one in joints if one.departure is None]
+    limit = min([ABOUT * cost[id(best)], *alone])
     fewer = [
         one
         for one in joints
@@ -54,7 +56,25 @@ def claimed_by_all(evidence: Evidence, best: Joint, joints: Sequence[Joint]) -> 
         and cost[id(one)] < limit
         and is_explained(evidence, one)
     ]
-    return min([best, *fewer], key=lambda one: (len(one.lights), cost[id(one)]))
+    best = min([best, *fewer], key=lambda one: (len(one.lights), cost[id(one)]))
+    while not apart and len(best.lights) > 1:
+        one = without(evidence, best, least(evidence, best))
+        if total(evidence, one, noise) > limit or not is_explained(evidence, one):
+            break
+        best = one
+    return best
+
+
+def least(evidence: Evidence, joint: Joint) -> int:
+    """The light without which least is left, all else as it is."""
+
+    def cost(i: int) -> float:
+        kept = np.delete(np.arange(len(joint.lights)), i)
+        lights = PointLights(joint.lights.positions[kept], joint.lights.intensities[kept])
+        u = joint.departure.kept(joint.unknowns, kept) if joint.departure else joint.unknowns
+        return lost(evidence, left(evidence, modelled(evidence, lights, joint.departure, u).B))[0]
+
+    return min(range(len(joint.lights)), key=cost)
 
 
 def fewer_wide(
