@@ -8,6 +8,7 @@ import numpy as np
 
 from lightloc.answer import Localization
 from lightloc.diagnosis.choice import (
+    NEEDED,
     attempts,
     best_of,
     is_explained,
@@ -99,24 +100,24 @@ def fewer_wide(
 
 
 def fewer_apart(found: Localization, evidence: Evidence) -> Diagnosis | None:
-    """Fewer lights beside a piece that is left out, where more gain nothing on the rest.
+    """Fewer lights beside a piece that is left out, where the others light little but that.
 
-    Then the others are seen by that piece alone, which may as well not be what it is believed to
-    be.
+    It may as well not be what it is believed to be.
     """
-    none = np.zeros(0)
+    price = evidence.criterion.price(evidence.problem)
+    S, _ = evidence.lit(found.lights).brought
+    energy = np.square(S * found.lights.intensities / evidence.problem.sigma[:, None]).sum(axis=2)
     for count in found.counts:
         fewer = len(found.lights) - len(count.lights)
         if not 0 < fewer < len(found.lights):
             continue
         for piece in pieces(evidence.lit(count.lights)):
             assert piece.aside is not None
-            joint = fitted(evidence, count.lights, piece, none)
-            if not is_explained(evidence, joint):
+            elsewhere = np.sort(energy[~piece.aside].sum(axis=0))
+            if elsewhere[:fewer].sum() > NEEDED * fewer * price:
                 continue
-            rest = evidence.rows_of(np.flatnonzero(~piece.aside))
-            costs = (fitted(rest, one, None, none).cost for one in (joint.lights, found.lights))
-            if next(costs) - next(costs) < fewer * evidence.criterion.price(evidence.problem):
+            joint = fitted(evidence, count.lights, piece, np.zeros(0))
+            if is_explained(evidence, joint):
                 alone = plain(evidence, count.lights).cost
                 share = 1 - joint.cost / max(alone, joint.cost)
                 return Diagnosis(evidence, joint, ((joint, share),), explained=True)
