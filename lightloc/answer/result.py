@@ -16,7 +16,7 @@ from lightloc.answer.noise_said import noise_said
 from lightloc.answer.outliers import Outliers, outliers_said
 from lightloc.answer.printed import columns, html, text
 from lightloc.answer.stored import plain, read, write
-from lightloc.answer.verdicts import Verdict
+from lightloc.answer.verdicts import Kind, Verdict
 from lightloc.checks import printable
 from lightloc.given import Limits, Observations, PointLights
 
@@ -204,10 +204,17 @@ class Localization:
 
     @property
     def possible(self) -> tuple[int, ...]:
-        """The numbers of lights that the observations allow, with a probability of 95 %."""
+        """The numbers of lights that the observations allow, with a probability of 95 %.
+
+        One more than are found where that is undecided and one of them may be several.
+        """
         explained = self.reason in (Reason.CONVERGED, Reason.UNDECIDED, Reason.EXTENDED)
-        also = {len(count.lights) for count in self.counts if count.allowed and explained}
-        return tuple(sorted(also | {len(self.lights)}))
+        allowed = {len(count.lights) for count in self.counts if count.allowed and explained}
+        allowed |= {len(self.lights)}
+        several = any(verdict.kind is Kind.CLUSTER for verdict in self.verdicts)
+        if self.reason is Reason.UNDECIDED and several:
+            allowed.add(max(allowed) + 1)
+        return tuple(sorted(allowed))
 
     @property
     def outliers(self) -> int:

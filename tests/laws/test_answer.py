@@ -11,10 +11,13 @@ import pytest
 
 from lightloc import (
     Assumption,
+    Kind,
     Localization,
     Observations,
     Options,
     PointLights,
+    Reason,
+    Verdict,
     Way,
     cramer_rao,
     intensity_distance,
@@ -173,3 +176,13 @@ def test_what_is_assumed(seen, found):
     asked = localize(seen, options=Options(ambient=True, noise="estimate"))
     assert set(found.assumed) - set(asked.assumed) == {Assumption.NO_AMBIENT, Assumption.ERRORS}
     assert Assumption.ISOTROPIC in asked.assumed
+
+
+def test_a_light_that_may_be_several_makes_one_more_possible(found):
+    """In an undecided answer alone: one that converged has one number."""
+    several = Verdict(Kind.CLUSTER, (0,), "Light 1 may be several lights.")
+    told = replace(found, verdicts=(*found.verdicts, several))
+    k = len(found.lights)
+    assert replace(told, reason=Reason.UNDECIDED).possible == (k, k + 1)
+    assert replace(told, reason=Reason.CONVERGED).possible == (k,)
+    assert replace(found, reason=Reason.UNDECIDED, verdicts=()).possible == (k,)
