@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from lightloc.answer import Kind, Localization, Reason
+from lightloc.answer import Kind, Localization, Reason, judged
 from lightloc.diagnosis.choice import (
     attempts,
     best_of,
@@ -25,6 +25,7 @@ from lightloc.diagnosis.choice import (
     spread,
     total,
 )
+from lightloc.diagnosis.covered import Alternative, errors
 from lightloc.diagnosis.departure import Array, Evidence
 from lightloc.diagnosis.emission import lamps_found
 from lightloc.diagnosis.fewer import claimed_by_all, fewer_apart, fewer_wide
@@ -69,6 +70,10 @@ MANY = 4
 
 ALIKE = 2.0
 """Standard errors by which a light may move beside a departure, and nothing claimed changes."""
+
+LITTLE = 0.05
+"""Of what counts as known: lights that move less beside a departure stay, with errors that cover
+both."""
 
 
 def diagnosed(
@@ -146,8 +151,11 @@ def diagnosed(
         return found  # lights that may not be looked for would be taken for a departure
     answer = told(found, whole, verdict, o)
     vain = answer.reason is Reason.NO_GAIN
-    same = right and (vain or is_same(found, answer.lights))
-    return remarked(hung(found, whole, o), verdict) if same else answer
+    if right and (vain or is_same(found, answer.lights)):
+        return remarked(hung(found, whole, o), verdict)
+    if right and verdict.best.departure and is_near(found, answer, whole, o):
+        return remarked(hung(beside(found, answer, whole, o), whole, o), verdict)
+    return answer
 
 
 def unmoved(found: Localization, whole: Evidence) -> Array:
@@ -175,6 +183,30 @@ def is_same(found: Localization, lights: PointLights) -> bool:
     dimmer = np.abs(found.lights.intensities - lights.intensities[pairs])
     near = off <= ALIKE * found.position_error, dimmer <= ALIKE * found.intensity_error
     return bool(near[0].all() and near[1].all())
+
+
+def is_near(found: Localization, answer: Localization, whole: Evidence, o: Options) -> bool:
+    """Whether two answers are alike to within `LITTLE` of what counts as known."""
+    if len(found.lights) != len(answer.lights):
+        return False
+    a, b = found.lights, answer.lights
+    off = np.abs(a.positions - b.positions) <= LITTLE * o.sure_position * whole.problem.size
+    dimmer = np.abs(a.intensities - b.intensities) <= LITTLE * o.sure_intensity * a.intensities
+    return bool(off.all() and dimmer.all())
+
+
+def beside(found: Localization, answer: Localization, whole: Evidence, o: Options) -> Localization:
+    """The answer with errors that cover another, of as many lights in the same order."""
+    every = tuple(range(len(found.lights)))
+    other = Alternative(every, "", answer.lights, answer.covariance, answer.chi2)
+    bound = errors(found.covariance, found.lights, [other], whole.problem.axes)
+    wide = replace(
+        found,
+        position_error=bound.position,
+        intensity_error=bound.intensity,
+        covariance=bound.covariance,
+    )
+    return judged(wide, whole.problem, o)
 
 
 def cost_of(evidence: Evidence, joint: Joint) -> float:
