@@ -3,7 +3,7 @@
 import lightloc.backend  # noqa: F401  (first: it chooses the LLVM library)
 from render.alone import alone
 from render.camera import photograph
-from render.descent import optimize
+from render.descent import Adam, optimize
 from render.exr import is_view, read_exr, write_exr
 from render.files import files_of
 from render.interreflection import interreflected
@@ -29,6 +29,7 @@ remeasure = alone(remeasure)
 triangles = alone(triangles)
 
 __all__ = [
+    "Adam",
     "Picture",
     "Room",
     "SceneGeometry",

@@ -189,6 +189,13 @@ def validate_command(
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder of the results.")] = Path(
         "report"
     ),
+    method: Annotated[
+        list[str],
+        typer.Option(
+            help="What finds the lights: search, paper, or a function of yours, as "
+            "module:function or file.py:function. Several are judged side by side."
+        ),
+    ] = [],  # noqa: B006
     jobs: Annotated[int, typer.Option(min=0, help="Cases at a time; 0: one per core.")] = 0,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="List the cases and stop.")] = False,
 ) -> None:
@@ -197,7 +204,7 @@ def validate_command(
     Example: lightloc validate --case box_two-direct
     """
     from validation.commands.progress import Bar
-    from validation.suite import Cases, read_suite, run_case, run_cases
+    from validation.suite import Cases, by_methods, read_suite, run_case, run_cases
 
     name, rows = read_suite(suite)
     if case:
@@ -205,6 +212,8 @@ def validate_command(
         if unknown:
             raise ValueError(f"--case {sorted(unknown)[0]}: no such case in {suite}; see --dry-run")
         rows = [row for row in rows if row.name in case]
+    if method:
+        rows = by_methods(rows, method, Path.cwd())
     if dry_run:
         for row in rows:
             print(f"{row.name:34} {row.claim}")
@@ -217,9 +226,10 @@ def validate_command(
     names = [row.name for row in rows]
     with stoppable(cases, names, out, "cases"), Bar("cases", total=len(rows)) as bar:
         summary = run_cases(name, cases, jobs, bar.case, again=bool(case))
+    doubt = f" ({summary['unexplained']} unexplained)" if summary["unexplained"] else ""
     print(
-        f"{summary['passed']} passed, {summary['failed']} failed, {summary['crashed']} crashed, "
-        f"{summary['shown']} shown, in {summary['seconds']:.0f} s"
+        f"{summary['passed']} passed{doubt}, {summary['failed']} failed, "
+        f"{summary['crashed']} crashed, {summary['shown']} shown, in {summary['seconds']:.0f} s"
     )
     raise typer.Exit(FAILED if summary["failed"] or summary["crashed"] else PASSED)
 

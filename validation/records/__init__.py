@@ -4,6 +4,7 @@ For other rooms, in pipeline order:
 
 - `SCHEMA`: the version of every file.
 - `UNKNOWN`: a unit of length of which nobody has said which it is.
+- `UNEXPLAINED`: reasons of answers that say that they do not explain the data.
 - `Made`: when and with what something was made.
 - `MadeOn`: the same, and on what machine.
 - `TrueLight`: a light of the scene.
@@ -35,6 +36,7 @@ For other rooms, in pipeline order:
 from validation.records.part import SCHEMA, Made, MadeOn
 from validation.records.reading import read_checked, read_result, read_suite
 from validation.records.result import (
+    UNEXPLAINED,
     UNKNOWN,
     ClosedForm,
     Comparison,
@@ -55,6 +57,7 @@ from validation.records.study import Cell, Column, Curve, Document, Line, Row, S
 __all__ = [
     "SCHEMA",
     "UNKNOWN",
+    "UNEXPLAINED",
     "Made",
     "MadeOn",
     "TrueLight",

@@ -11,6 +11,9 @@ from validation.records.part import Count, Made, Part, Real, Reals, Vector
 UNKNOWN = "unit"
 """A scene's unit of length of which nobody has said which it is."""
 
+UNEXPLAINED = ("no_gain", "most_lights")
+"""Reasons of an answer that says itself that it does not explain the data."""
+
 Outcome = Literal["failed", "crashed", "shown", "passed"]
 
 
@@ -146,6 +149,8 @@ class Result(Part):
     rendered: int = 0
     seed: int | None = None
     parameters: dict[str, Any] = Field(default_factory=dict)
+    method: str = "search"
+    options: dict[str, Any] = Field(default_factory=dict)
     limits: Limits | None = None
     diagonal: Real = None
     unit: str = "m"  # of length
@@ -160,6 +165,12 @@ class Result(Part):
     command: str = ""
     made: Made = Field(default_factory=Made)
 
+    @property
+    def is_unexplained(self) -> bool:
+        """Whether it passed with an answer that does not believe itself."""
+        said = self.search.reason.lower() if self.search else ""
+        return self.outcome == "passed" and said in UNEXPLAINED
+
 
 class Suite(Part):
     """The run as a whole; `cases` holds the names in the suite's order."""
@@ -173,3 +184,4 @@ class Suite(Part):
     passed: Count
     shown: Count
     crashed: Count
+    unexplained: Count = 0

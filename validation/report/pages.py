@@ -18,6 +18,7 @@ from validation.report.matrix import matrix
 from validation.report.pictures import draw_view
 from validation.report.rows import light_marks, light_rows
 from validation.report.slices import draw_slices
+from validation.report.solvers import solvers
 from validation.report.studies import StudyPage
 
 from . import words
@@ -88,6 +89,8 @@ def write_index(
         results=first,
         matrix=matrix(results),
         counts=counts,
+        unexplained=sum(result.is_unexplained for result in results),
+        solvers=solvers(results, ORDER),
         versions=_versions(results),
         downloads=("report.json", "report.csv", "junit.xml"),
     )

@@ -17,6 +17,7 @@ COLUMNS = (
     *("count_true", "count_found", "precision", "recall"),
     *("worst_position_percent", "worst_intensity_percent", "z_mean", "z_std", "relative_rms"),
     *("reason", "chi2_per_dof", "certificate", "points", "spp", "rendered", "seed"),
+    *("method", "is_unexplained"),
     *("seconds", "peak_mb", "diagonal", "why", "claim", "command", "date", "commit"),
 )
 

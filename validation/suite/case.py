@@ -21,6 +21,7 @@ from render import Room
 from validation import records
 from validation.jobs import made, write_json
 from validation.judge import RADIUS, Comparison, compare, judge_sphere
+from validation.methods import Scene, SolverFailed, no_answer, solved
 from validation.records import (
     SCHEMA,
     ClosedForm,
@@ -35,7 +36,7 @@ from validation.records import (
     Step,
     TrueLight,
 )
-from validation.suite.cases import Case
+from validation.suite.cases import Case, settings
 from validation.suite.pictures import save_fields, save_room, save_view
 
 RERENDER_SPP = 256  # its noise is known and counted
@@ -56,14 +57,11 @@ def run_case(case: Case, folder: Path, command: str) -> dict[str, Any]:
     seen = observe(case, room, case.seed)
     seen.save(folder / "observations.npz")
     clock.lap("observe")
-    indirect: Indirect | Literal["gathered"] = "gathered"
-    if case.rendered:
-        indirect = render.interreflected(room, seen, spp=case.rendered, seed=case.seed + THIRD_SEED)
-    found = localize(seen, room.geometry, bounds=case.bounds, indirect=indirect, seed=case.seed)
+    found, gone = answer(case, seen, room)
     clock.lap("localize")
     comparison = compare(found.lights, room.lights, room.diagonal)
     again = rerender(case, room, seen, found.lights)
-    why = shortfalls(case, comparison, found)
+    why = [gone] if gone else shortfalls(case, comparison, found)
     sphere = None
     if case.closed_form:
         sphere, more = judge_sphere(seen, room.lights, room.geometry, case.seed)
@@ -77,7 +75,7 @@ def run_case(case: Case, folder: Path, command: str) -> dict[str, Any]:
         **case.model_dump(
             include={
                 *("name", "scene", "claim", "brdf", "transport", "noise", "gated"),
-                *("points", "spp", "rendered", "seed", "parameters"),
+                *("points", "spp", "rendered", "seed", "parameters", "method", "options"),
             }
         ),
         alpha=case.alpha,
@@ -104,6 +102,39 @@ def run_case(case: Case, folder: Path, command: str) -> dict[str, Any]:
     content = {"schema": SCHEMA, **result.model_dump(mode="json")}
     write_json(folder / "result.json", content)
     return content
+
+
+def answer(case: Case, seen: Observations, room: Room) -> tuple[Localization, str]:
+    """What the row's method finds; no light, and a sentence, where it is another and fails."""
+    if case.solver.is_own:
+        indirect: Indirect | Literal["gathered"] = "gathered"
+        if case.rendered:
+            spp, seed = case.rendered, case.seed + THIRD_SEED
+            indirect = render.interreflected(room, seen, spp=spp, seed=seed)
+        found = localize(
+            seen,
+            room.geometry,
+            method="paper" if case.method == "paper" else "search",
+            options=settings(case),
+            bounds=case.bounds,
+            indirect=indirect,
+            seed=case.seed,
+        )
+        return found, ""
+    scene = Scene(case.scene_file, case.find, case.unit, dict(case.parameters))
+    try:
+        return solved(
+            case.solver,
+            seen,
+            room,
+            scene,
+            bounds=case.bounds,
+            seed=case.seed,
+            seconds=case.seconds,
+            memory_mb=case.memory_mb,
+        ), ""
+    except SolverFailed as failed:
+        return no_answer(seen), str(failed)
 
 
 def observe(case: Case, room: Room, seed: int) -> Observations:

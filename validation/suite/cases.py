@@ -5,13 +5,17 @@ from __future__ import annotations
 import importlib.resources
 import os
 import tomllib
+from collections.abc import Sequence
+from difflib import get_close_matches
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, ValidationError
 
+from lightloc import Options, Paper
 from lightloc.checks import printable
 from lightloc.files import regular
+from validation.methods import MEMORY_MB, SECONDS, Method
 
 LARGEST, LONGEST = 1_000_000, 10_000  # else reading it takes minutes
 Corner = tuple[float, float, float]
@@ -42,15 +46,36 @@ class Case(BaseModel):
     rendered: int = Field(0, ge=0, le=65_536)  # samples per light; 0: footnote 1 alone
     bounds: tuple[Corner, Corner] | None = None  # of the region that may hold lights
     seed: int = Field(0, ge=0)
+    method: str = "search"  # or paper, or a function: module:function or file.py:function
+    options: dict[str, Any] = {}  # of lightloc.Options, or of lightloc.Paper
+    seconds: float = Field(SECONDS, gt=0)  # that a solver may take
+    memory_mb: int = Field(MEMORY_MB, ge=256)
     gated: bool = True
     closed_form: bool = False  # also judge B itself, in the integrating sphere
     position_percent: float = Field(gt=0)
     intensity_percent: float = Field(gt=0)
     _folder: Path = PrivateAttr(default=Path())  # of the suite
+    _row: str = PrivateAttr(default="")
+    _asked: bool = PrivateAttr(default=False)
 
     @property
     def alpha(self) -> float | None:
         return self.parameters.get("alpha")
+
+    @property
+    def row(self) -> str:
+        """The name in the suite's file: of a case by one of several methods, without the method."""
+        return self._row or self.name
+
+    @property
+    def asked(self) -> bool:
+        """Whether the method is the command line's, not the suite's."""
+        return self._asked
+
+    @property
+    def solver(self) -> Method:
+        """What finds the lights; looked for in the suite's folder."""
+        return Method.of(self.method, self._folder)
 
     @property
     def scene_file(self) -> Path:
@@ -90,11 +115,15 @@ def read_suite(path: str | Path) -> tuple[str, list[Case]]:
         try:
             case = Case(**{**defaults, **row})
         except ValidationError as error:
-            first = error.errors()[0]
-            field = ".".join(str(part) for part in first["loc"]) or "row"
-            said = printable(f"case '{row.get('name', '?')}': {field}: {first['msg']}")
+            said = printable(f"case '{row.get('name', '?')}': {wrong(error)}")
             raise ValueError(f"{file}: {said}") from None
         case._folder = file.parent
+        try:
+            case.solver  # noqa: B018  (a name that is none is said before any case runs)
+            settings(case)
+        except ValueError as error:
+            said = printable(f"case '{case.name}': {error}")
+            raise ValueError(f"{file}: {said}") from None
         cases.append(case)
     names = [case.name for case in cases]
     for name in names:
@@ -104,6 +133,61 @@ def read_suite(path: str | Path) -> tuple[str, list[Case]]:
     if not isinstance(name, str):
         raise ValueError(f"{file}: its name is no text")
     return name, cases
+
+
+def by_methods(rows: Sequence[Case], methods: Sequence[str], folder: Path) -> list[Case]:
+    """The rows by each of the methods in place of their own, which are looked for in a folder.
+
+    Of several, a case goes by its row's name and the method's: box_one--grid.
+
+    Raises ValueError where a method is none, or two go by one name.
+    """
+    named = [Method.of(text, folder) for text in methods]
+    labels = [one.label for one in named]
+    for label in labels:
+        if labels.count(label) > 1:
+            raise ValueError(f"--method: two go by the name '{label}'")
+    result = []
+    for one in named:
+        for row in rows:
+            name = row.name if len(named) == 1 else f"{row.name}--{one.label}"
+            options = row.options if one.name == row.method else {}
+            case = row.model_copy(update={"name": name, "method": one.said, "options": options})
+            case._row, case._asked = row.name, True
+            result.append(case)
+    return result
+
+
+def wrong(error: ValidationError) -> str:
+    """What is wrong with a row: of a key that there is not, the nearest that there is."""
+    first = error.errors()[0]
+    field = ".".join(str(part) for part in first["loc"]) or "row"
+    if first["type"] != "extra_forbidden":
+        return f"{field}: {first['msg']}"
+    near = get_close_matches(field, Case.model_fields, n=1)
+    return f"there is no key '{field}'{f'; did you mean {near[0]}?' if near else ''}"
+
+
+def settings(case: Case) -> Options | Paper | None:
+    """The row's options; None where it has none, or its method takes none.
+
+    Raises ValueError where the method does not have one, or not such a value.
+    """
+    if not case.options:
+        return None
+    if not case.solver.is_own:
+        raise ValueError(f"options: method '{case.method}' takes none")
+    kind = Paper if case.method == "paper" else Options
+    for name in case.options:
+        if name not in kind.__dataclass_fields__:
+            near = get_close_matches(name, kind.__dataclass_fields__, n=1)
+            also = f"; did you mean {near[0]}?" if near else ""
+            raise ValueError(f"options: there is no '{name}'{also}")
+    values: Any = {k: tuple(v) if isinstance(v, list) else v for k, v in case.options.items()}
+    try:
+        return Paper(**values) if case.method == "paper" else Options(**values)
+    except TypeError as error:
+        raise ValueError(f"options: {error}") from None
 
 
 def _packaged(name: str, suffix: str) -> Path | None:

@@ -13,12 +13,13 @@ from shlex import quote
 from typing import Any
 
 from validation.jobs import Ended, run, waiting, write_json
-from validation.records import SCHEMA
+from validation.records import SCHEMA, UNEXPLAINED
 from validation.suite.cases import Case
 
 OUTCOMES = ("passed", "failed", "shown", "crashed")
 LEFT = ("result.json", "observations.npz", "room.npz", "fields.npz", "view.npz", "view.exr")
 LIMIT = 300.0  # seconds after which a case counts as crashed
+MARGIN = 60.0  # of them, beyond what a solver may take
 
 
 @dataclass(frozen=True)
@@ -70,6 +71,8 @@ class Cases:
             return
         case = self.case(name)
         yield case.model_dump_json()
+        if case.solver.file:
+            yield case.solver.file
         try:
             yield from render.files_of(case.scene_file, **case.parameters)
         except (ValueError, RuntimeError, OSError):  # it will crash, and say why
@@ -85,9 +88,10 @@ class Cases:
 
     def command(self, name: str) -> str:
         """What repeats a case, in any folder."""
-        suite = Path(self.suite).resolve()
+        suite, case = Path(self.suite).resolve(), self.case(name)
         where = "" if self.suite == "standard" else f"--suite {quote(str(suite))} "
-        return f"lightloc validate {where}--case {name}"
+        who = f"--method {quote(case.method)} " if case.asked else ""
+        return f"lightloc validate {where}{who}--case {case.row}"
 
     def result(self, name: str) -> dict[str, Any] | None:
         """What result.json holds; None where there is none, or half of one."""
@@ -127,7 +131,8 @@ def run_cases(
         done(cases.result(ended.name) or {})
 
     threads = max(1, (os.cpu_count() or 1) // jobs)
-    run(cases, left, out, jobs=jobs, threads=threads, limit=LIMIT, watch=watch, again=True)
+    limit = max([LIMIT, *(row.seconds + MARGIN for row in cases.rows)])
+    run(cases, left, out, jobs=jobs, threads=threads, limit=limit, watch=watch, again=True)
     results = [cases.result(name) or {} for name in names]
     summary = {
         "schema": SCHEMA,
@@ -143,9 +148,18 @@ def run_cases(
 
 
 def counts(results: Sequence[dict[str, Any]]) -> dict[str, int]:
-    """How many came out how."""
+    """How many came out how, and how many that passed are unexplained by their own answer."""
     outcomes = [result["outcome"] for result in results]
-    return {kind: outcomes.count(kind) for kind in OUTCOMES}
+    return {
+        **{kind: outcomes.count(kind) for kind in OUTCOMES},
+        "unexplained": sum(is_unexplained(result) for result in results),
+    }
+
+
+def is_unexplained(result: dict[str, Any]) -> bool:
+    """Whether a case passed with an answer that says itself that it does not explain the data."""
+    reason = (result.get("search") or {}).get("reason", "")
+    return result["outcome"] == "passed" and reason.lower() in UNEXPLAINED
 
 
 def with_earlier(summary: dict[str, Any], cases: Cases) -> dict[str, Any]:
@@ -174,7 +188,7 @@ def crashed(cases: Cases, ended: Ended) -> dict[str, Any]:
     named = {"name", "scene", "claim", "brdf", "transport", "noise", "gated"}
     return {
         "schema": SCHEMA,
-        **case.model_dump(include=named),
+        **case.model_dump(include=named | {"method"}),
         "alpha": case.alpha,
         "outcome": "crashed",
         "why": [ended.error],

@@ -1,0 +1,200 @@
+"""Any solver: whatever it does, its case ends in a sentence; what it finds is judged as ours is."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import render
+from lightloc import Irradiance, Observations, PointLights, Reason, radiance
+from validation.judge import compare
+from validation.methods import Method, Scene, SolverFailed, solved
+from validation.methods.answer import MOST_LIGHTS, answered, taken
+from validation.suite import by_methods, read_suite
+
+LIGHTLOC = Path(sys.executable).with_name("lightloc")
+MINE = """
+import os, time
+import numpy as np
+from lightloc import PointLights
+
+def solve(q, geometry):
+    assert geometry is None
+    return [[0.2, 0.1, 0.5]], [10.0], [[0.1, 0.2, 0.3]], [0.5], "CONVERGED"
+
+def told(q, geometry, bounds, seed):
+    return {"lights": PointLights([[bounds[0][0], 0, 1]], [seed])}
+
+def crash(q, geometry):
+    raise KeyError("no  such\\nlight")
+
+def leave(q, geometry):
+    raise SystemExit
+
+def die(q, geometry):
+    print("last words")
+    os._exit(7)
+
+def hang(q, geometry):
+    time.sleep(100)
+
+def hog(q, geometry):
+    return [np.ones(1 << 27) for _ in range(64)]
+
+def nan(q, geometry):
+    return [[np.nan, 0, 0]], [1]
+"""
+
+
+def floor(n: int = 50) -> Observations:
+    """Readings of one light on a floor, without errors."""
+    x = np.random.default_rng(0).uniform(-1, 1, (n, 3)) * [1, 1, 0]
+    q = Observations(
+        positions=x, normals=[[0, 0, 1]] * n, radiance=np.zeros(n), material=Irradiance()
+    )
+    return q.with_radiance(radiance(q, PointLights([[0.2, 0.1, 0.5]], [10.0])), sigma=0.01)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    """A user's folder with a module of solvers."""
+    folder = tmp_path_factory.mktemp("user")
+    (folder / "mine.py").write_text(MINE)
+    return folder
+
+
+def test_an_answer_with_its_errors_and_its_reason(folder):
+    """It comes back as the answer that ours has, with what its lights leave."""
+    found = solved(Method.of("mine:solve", folder), floor(), None, None)
+    assert found.lights.positions.tolist() == [[0.2, 0.1, 0.5]]
+    assert found.position_error.tolist() == [[0.1, 0.2, 0.3]]
+    assert found.intensity_error.tolist() == [[0.5]]
+    assert found.reason is Reason.CONVERGED and found.chi2 < 1e-6
+    assert "0.2" in str(found) and json.dumps(found.to_dict())
+
+
+def test_a_solver_is_told_what_it_has_a_parameter_for(folder):
+    """Bounds and a seed, by their names; an answer may be lights alone."""
+    method = Method.of("mine.py:told", folder)
+    found = solved(method, floor(), None, None, bounds=[[-3, -3, 0], [3, 3, 2]], seed=5)
+    assert found.lights.positions.tolist() == [[-3, 0, 1]]
+    assert found.lights.intensities.tolist() == [[5]]
+    assert found.reason is Reason.TAKEN and np.isnan(found.position_error).all()
+
+
+@pytest.mark.parametrize(
+    ("function", "said"),
+    [
+        ("crash", r"KeyError: 'no such\\nlight' \(mine.py, line 14\)"),
+        ("leave", "SystemExit: no message"),
+        ("die", r"process died \(exit code 7\); the last it printed: last words"),
+        ("hang", "it ran longer than 1 s"),
+        ("hog", "MemoryError"),
+        ("nan", "its positions are not all finite"),
+        ("gone", "mine has no function 'gone'"),
+    ],
+)
+def test_whatever_a_solver_does_is_a_sentence(folder, function, said):
+    """It raises, leaves, dies, hangs, takes all memory, or returns what is no answer."""
+    method, seconds = Method.of(f"mine:{function}", folder), 1 if function == "hang" else 60
+    with pytest.raises(SolverFailed, match=said):
+        solved(method, floor(), None, None, seconds=seconds, memory_mb=2048)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (None, "it returned a NoneType; expected positions"),
+        (([[0, 0, 1]],), "it returned a tuple"),
+        (([0, 0, 1], [1]), r"its positions have the shape \(3,\); expected \(k, 3\)"),
+        (([[0, 0, 1]], [1, 2]), r"its intensities have the shape \(2,\)"),
+        (([["a", "b", "c"]], [1]), "its positions are no array of numbers"),
+        (([[0, 0, 1]], [np.inf]), "its intensities are not all finite"),
+        (([[0, 0, 1], [0, 0, 2]], [1, -1]), "light 2 is negative"),
+        ((np.zeros((MOST_LIGHTS + 1, 3)), np.ones(MOST_LIGHTS + 1)), "it returned 201 lights"),
+        ({"positions": [[0, 0, 1]], "intensities": [1], "reason": "DONE"}, "its reason is 'DONE'"),
+    ],
+)
+def test_what_is_no_answer_is_refused(given, said):
+    with pytest.raises(ValueError, match=said):
+        taken(given, channels=1)
+
+
+def test_no_light_is_an_answer():
+    """Of any number of channels, and what it leaves is all that is seen."""
+    found = answered(floor(), taken(([], []), channels=1), None)
+    assert len(found.lights) == 0 and found.chi2 > 1
+    assert taken(([], []), channels=3)["intensities"].shape == (0, 3)
+
+
+@pytest.mark.parametrize("name", ["grid", "starts", "adam"])
+def test_the_shipped_solvers_find_a_light(name):
+    """Each as a suite calls it, in a room that it loads itself."""
+    scene = Scene("box_one")
+    room = render.load(scene.file)
+    q = render.observe(room, points=2048, seed=1, transport="direct", noise=0.01)
+    found = solved(Method.of(f"validation.solvers.{name}:solve", Path()), q, room, scene)
+    judged = compare(found.lights, room.lights, room.diagonal)
+    assert judged.count_right and not judged.missed
+    assert judged.worst_position_percent < 1.5
+
+
+def test_cases_by_several_solvers_have_names_of_their_own(folder):
+    """A case by one keeps its name; what repeats it names the row and the method."""
+    rows = read_suite("standard")[1][:2]
+    alone = by_methods(rows, ["mine:solve"], folder)
+    assert [one.name for one in alone] == [row.name for row in rows]
+    both = by_methods(rows, ["mine:crash", "paper"], folder)
+    assert [one.name for one in both] == [
+        *(f"{row.name}--mine-crash" for row in rows),
+        *(f"{row.name}--paper" for row in rows),
+    ]
+    assert both[0].row == rows[0].name and both[0].asked and not rows[0].asked
+    assert both[0].method == f"{folder.resolve() / 'mine.py'}:crash"
+    with pytest.raises(ValueError, match="two go by the name 'paper'"):
+        by_methods(rows, ["paper", "paper"], folder)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("serch", "expected search, paper, or a function"),
+        ("mine:", "expected search, paper, or a function"),
+        ("nowhere:solve", "there is no module 'nowhere' in"),
+        ("nowhere.py:solve", "there is no file"),
+        ("a b:solve", "'a b' is no module"),
+    ],
+)
+def test_a_method_that_is_none_is_said_before_anything_runs(folder, text, said):
+    with pytest.raises(ValueError, match=said):
+        Method.of(text, folder)
+    words = [LIGHTLOC, "validate", "--method", text]
+    done = subprocess.run(words, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 2 and said in done.stderr and not done.stdout
+
+
+@pytest.mark.parametrize(
+    ("row", "said"),
+    [
+        ('metod = "paper"', "there is no key 'metod'; did you mean method?"),
+        ("options.most_light = 3", "options: there is no 'most_light'; did you mean most_lights?"),
+        ("options.false_alarm = 2", "Options.false_alarm is 2; expected less than 1"),
+        ('method = "nowhere:solve"', "there is no module 'nowhere'"),
+        ('method = "mine.py:solve"\noptions.cells = 9', "takes none"),
+    ],
+)
+def test_a_row_that_is_wrong_is_said_with_the_nearest_right_one(tmp_path, row, said):
+    (tmp_path / "mine.py").write_text(MINE)
+    file = tmp_path / "own.toml"
+    file.write_text(
+        f'[[case]]\nname = "a"\nscene = "box_one"\nbrdf = "diffuse"\nclaim = "c"\n'
+        f"position_percent = 1\nintensity_percent = 1\n{row}\n"
+    )
+    with pytest.raises(ValueError, match=r"own.toml: case 'a': ") as error:
+        read_suite(file)
+    assert said in str(error.value)

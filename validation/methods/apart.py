@@ -1,0 +1,154 @@
+"""A solver in a process of its own: what it does to that, it does to no other."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lightloc import Localization, Observations
+from render import Room
+from validation.methods.answer import answered
+from validation.methods.named import Method
+
+SECONDS, MEMORY_MB = 240.0, 8192
+"""That a solver may take."""
+
+GRACE = 30.0
+"""Seconds more, to start and to load the room; and to end itself."""
+
+LAST = 300
+"""Letters of what a solver that died had printed that are told."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A room, so that another process can load it.
+
+    Parameters
+    ----------
+    file
+        As `render.load` takes it.
+    find, unit, parameters
+        The same.
+    """
+
+    file: str | Path
+    find: str | Sequence[str] = "point"
+    unit: str | None = None
+    parameters: dict[str, Any] = field(default_factory=dict)
+
+
+class SolverFailed(Exception):
+    """What a solver did wrong, a sentence."""
+
+
+def solved(
+    method: Method,
+    q: Observations,
+    room: Room | None,
+    scene: Scene | None,
+    *,
+    bounds: Any = None,
+    seed: int = 0,
+    seconds: float = SECONDS,
+    memory_mb: int = MEMORY_MB,
+) -> Localization:
+    """Run a solver on observations.
+
+    It is called with the observations and the geometry of ``scene``, of which ``room`` is the one
+    loaded here, and with ``room``, ``bounds`` and ``seed`` where it has parameters of that name.
+
+    Raises
+    ------
+    SolverFailed
+        If it raises, dies, takes longer than ``seconds`` or more memory than ``memory_mb``, or
+        what it returns is no answer.
+    """
+    with tempfile.TemporaryDirectory(prefix="lightloc-") as name:
+        folder = Path(name)
+        q.save(folder / "observations.npz")
+        job = {
+            **{"module": method.module, "function": method.function},
+            "file": str(method.file) if method.file else None,
+            "scene": str(scene.file) if scene else None,
+            "find": list(scene.find) if scene and not isinstance(scene.find, str) else "point",
+            "unit": scene.unit if scene else None,
+            "parameters": scene.parameters if scene else {},
+            "bounds": bounds if bounds is None else np.asarray(bounds, float).tolist(),
+            **{"seed": seed, "seconds": seconds, "memory_mb": memory_mb, "threads": threads()},
+        }
+        (folder / "job.json").write_text(json.dumps(job))
+        code, printed = ran(folder, seconds)
+        failed, answer = folder / "failed.json", folder / "answer.npz"
+        if failed.exists():
+            raise SolverFailed(f"The solver failed: {json.loads(failed.read_text())['said']}.")
+        if not answer.exists():
+            last = f"; the last it printed: {printed}" if printed else ""
+            raise SolverFailed(f"The solver's process died ({death(code)}){last}.")
+        with np.load(answer) as file:
+            fields: dict[str, Any] = dict(file)
+    reason = fields.pop("reason", None)
+    fields["reason"] = None if reason is None else str(reason)
+    return answered(q, fields, room.geometry if room else None)
+
+
+def death(code: int) -> str:
+    """How a process ended that left nothing.
+
+    Examples
+    --------
+    >>> death(3), death(-11)
+    ('exit code 3', 'SIGSEGV')
+    """
+    return signal.Signals(-code).name if code < 0 else f"exit code {code}"
+
+
+def ran(folder: Path, seconds: float) -> tuple[int, str]:
+    """Run the child to its end, or end it; returns its exit code and the last that it printed."""
+    words = [sys.executable, "-m", "validation.methods.child", str(folder)]
+    where = Path(__file__).parents[2]
+    path = os.pathsep.join([str(where), *filter(None, [os.environ.get("PYTHONPATH")])])
+    environment = os.environ | {"PYTHONPATH": path, "PYTHONSAFEPATH": "1"}
+    with open(folder / "printed", "w+b") as printed:
+        process = subprocess.Popen(
+            words,
+            stdin=subprocess.DEVNULL,
+            stdout=printed,
+            stderr=subprocess.STDOUT,
+            env=environment,
+            start_new_session=True,
+        )
+        try:
+            process.wait(seconds + GRACE)
+        except subprocess.TimeoutExpired:
+            raise SolverFailed(f"The solver failed: it ran longer than {seconds:g} s.") from None
+        finally:
+            ended(process)
+        printed.seek(0)
+        last = " ".join(printed.read()[-LAST:].decode(errors="replace").split())
+        return process.returncode, last
+
+
+def ended(process: subprocess.Popen[bytes]) -> None:
+    """End a process and all that it has started."""
+    with contextlib.suppress(ProcessLookupError, PermissionError):
+        os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+
+
+def threads() -> int:
+    """Of this process's kernels: the solver has as many."""
+    import drjit
+
+    return int(drjit.thread_count())

@@ -1,0 +1,118 @@
+"""The process that a solver runs in: ``python -m validation.methods.child FOLDER``.
+
+It reads FOLDER/job.json and observations.npz, and leaves answer.npz, or failed.json with a
+sentence.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import inspect
+import json
+import os
+import sys
+import threading
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+MEGABYTE = 1 << 20
+
+
+def main(folder: Path) -> None:
+    """Run the solver of a folder's job."""
+    job = json.loads((folder / "job.json").read_text())
+    limited(job["memory_mb"])
+    import numpy as np
+
+    import lightloc
+
+    import drjit  # isort: skip
+
+    drjit.set_thread_count(job["threads"])
+    import render
+    from lightloc import Observations
+    from validation.methods.answer import taken
+
+    q, room = Observations.load(folder / "observations.npz"), None
+    if job["scene"]:
+        room = render.load(job["scene"], find=job["find"], unit=job["unit"], **job["parameters"])
+        room = render.relight(room, lightloc.PointLights([[0, 0, 0]], [0.0], room.unit))
+        q = render.attach(q, room)
+    try:
+        solve = function(job["module"], job["function"], job["file"])
+        ending(folder, job["seconds"])
+        more = asked(solve, room=room, bounds=job["bounds"], seed=job["seed"])
+        fields = taken(solve(q, room.geometry if room else None, **more), q.channels)
+    except BaseException as error:  # whatever a solver does, SystemExit too, is its answer
+        failed(folder, error, job["file"] or job["module"])
+        return
+    kept = {name: value for name, value in fields.items() if value is not None}
+    np.savez(folder / "answer.npz", **kept)
+
+
+def ending(folder: Path, seconds: float) -> None:
+    """End this process when the solver has had its time."""
+
+    def end() -> None:
+        leave(folder, f"it ran longer than {seconds:g} s")
+        os._exit(1)
+
+    timer = threading.Timer(seconds, end)
+    timer.daemon = True
+    timer.start()
+
+
+def limited(megabytes: int) -> None:
+    """Let this process have no more memory, where the system can do that."""
+    try:
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_DATA, (megabytes * MEGABYTE, megabytes * MEGABYTE))
+    except (ImportError, ValueError, OSError):
+        pass
+
+
+def function(module: str, name: str, file: str | None) -> Callable[..., Any]:
+    """The solver, from a file or from what is installed."""
+    if file:
+        sys.path.insert(0, str(Path(file).parent))
+    loaded = importlib.import_module(module)
+    found = getattr(loaded, name, None)
+    if not callable(found):
+        raise ValueError(f"{module} has no function '{name}'")
+    solver: Callable[..., Any] = found
+    return solver
+
+
+def asked(solve: Callable[..., Any], **offered: Any) -> dict[str, Any]:
+    """What of this the solver has a parameter for, by its name."""
+    try:
+        names = inspect.signature(solve).parameters
+    except (TypeError, ValueError):
+        return {}
+    return {name: value for name, value in offered.items() if name in names}
+
+
+def failed(folder: Path, error: BaseException, own: str) -> None:
+    """Leave a sentence on what went wrong, and where in the solver's own file."""
+    text = " ".join(str(error).split()) or "no message"
+    where = [f for f in traceback.extract_tb(error.__traceback__) if f.filename == own]
+    place = f" ({Path(where[-1].filename).name}, line {where[-1].lineno})" if where else ""
+    said = f"{type(error).__name__}: {text}{place}"
+    if isinstance(error, ValueError) and not where:
+        said = text
+    leave(folder, said)
+
+
+def leave(folder: Path, said: str) -> None:
+    """Leave a sentence, whole or not at all."""
+    part = folder / "failed.part"
+    part.write_text(json.dumps({"said": said}))
+    part.replace(folder / "failed.json")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))
