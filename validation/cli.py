@@ -12,6 +12,7 @@ from typing import Annotated
 
 import typer
 
+from validation.commands.diff import diff_command
 from validation.commands.figures import figures_command
 from validation.commands.localize import localize_command
 from validation.commands.outputs import (
@@ -235,6 +236,7 @@ def validate_command(
 
 
 app.command("study")(study_command)
+app.command("diff")(diff_command)
 app.command("paired")(paired_command)
 app.command("figures")(figures_command)
 

@@ -5,11 +5,12 @@ from pathlib import Path
 from validation.draw import script
 from validation.jobs import write_text
 from validation.records import read_result, read_suite
+from validation.report.diff import write_diff
 from validation.report.pages import TEMPLATES, environment, write_case, write_index
 from validation.report.studies import find_all, write_study_page
 from validation.report.tables import write_csv, write_json, write_junit
 
-__all__ = ["write", "write_study"]
+__all__ = ["write", "write_study", "write_diff"]
 
 ASSETS = ("style.css", "report.js", "figures.js")
 

@@ -1,0 +1,172 @@
+"""Two runs are told apart by what changed, and by nothing else."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from validation.diff import Change, Kind, changes
+from validation.jobs import write_json
+from validation.records import Result
+from validation.report import write_diff
+
+LIGHTLOC = Path(sys.executable).with_name("lightloc")
+CASES, LIGHTS = 20, 3
+POSITION, INTENSITY = 0.002, 0.01  # standard errors
+
+
+def a_run(seed: int, **changed: dict[str, Any]) -> list[Result]:
+    """Results of one suite with noise of their own; keywords change a case: a05={...}."""
+    rng = np.random.default_rng(seed)
+    room = np.random.default_rng(0)
+    speed = rng.uniform(0.5, 2)  # of the machine
+    results = []
+    for i in range(CASES):
+        true = room.uniform(1, 3, (LIGHTS, 3)), room.uniform(5, 20, (LIGHTS, 1))
+        seconds = room.uniform(0.2, 5) * speed * np.exp(0.05 * rng.normal())
+        change = changed.get(f"a{i:02d}", {})
+        off = change.get("off", np.zeros(3))
+        found = [
+            {
+                "position": (p + POSITION * rng.normal(size=3) + off * (k == 0)).tolist(),
+                "intensity": (I * (1 + INTENSITY * rng.normal(size=1))).tolist(),
+                "position_error": [POSITION] * 3,
+                "intensity_error": (INTENSITY * I).tolist(),
+            }
+            for k, (p, I) in enumerate(zip(*true, strict=True))
+        ]
+        outcome = change.get("outcome", "passed")
+        content = {
+            **{"name": f"a{i:02d}", "scene": "s", "claim": "c", "brdf": "diffuse"},
+            **{"transport": "direct", "noise": 0.01, "outcome": outcome, "diagonal": 7.0},
+            "why": change.get("why", []),
+            "lights": {
+                "true": [
+                    {"position": p.tolist(), "intensity": I.tolist()}
+                    for p, I in zip(*true, strict=True)
+                ],
+                "found": found,
+            },
+            "comparison": {
+                **{"count_true": LIGHTS, "count_found": change.get("count", LIGHTS)},
+                "count_right": True,
+                "pairs": [{"true": k, "found": k} for k in range(LIGHTS)],
+            },
+            "search": {"reason": change.get("reason", "converged")},
+            "seconds": {"localize": seconds * change.get("slower", 1.0)},
+        }
+        results.append(Result.model_validate(content))
+    return results
+
+
+def named(found: list[Change]) -> list[tuple[str, Kind]]:
+    return [(one.case, one.kind) for one in found]
+
+
+def test_two_runs_with_other_noise_are_the_same():
+    """Two hundred pairs, whatever the machine's speed: one in a thousand may name something."""
+    seen = [changes(a_run(2 * i), a_run(2 * i + 1)).changes for i in range(200)]
+    assert sum(map(bool, seen)) <= 2
+
+
+def test_what_was_injected_is_found_and_nothing_else():
+    """A light that moved, one that no longer is off, a time and a failure, fifty times."""
+    far = np.array([0.0, 0.04, 0.0])  # 14 standard errors of the difference
+    for i in range(50):
+        before = a_run(1000 + 2 * i, a07={"off": far})
+        after = a_run(
+            1001 + 2 * i,
+            a03={"off": far},
+            a11={"slower": 3.0},
+            a15={"outcome": "failed", "why": ["A light was missed."]},
+        )
+        assert named(list(changes(before, after).changes)) == [
+            ("a15", Kind.FAILS),
+            ("a03", Kind.WORSE),
+            ("a11", Kind.SLOWER),
+            ("a07", Kind.BETTER),
+        ]
+
+
+def test_the_other_way_round_is_the_opposite():
+    """What fails now holds then, what is slower is faster, and what is gone is new."""
+    before = a_run(0, a01={"outcome": "crashed"}, a02={"slower": 4.0})
+    after = a_run(1, a04={"reason": "no_gain"}, a05={"count": 4})[:-1]
+    there, back = changes(before, after), changes(after, before)
+    assert named(list(there.changes)) == [
+        ("a04", Kind.WORSE),
+        ("a05", Kind.WORSE),
+        ("a01", Kind.HOLDS),
+        ("a02", Kind.FASTER),
+        ("a19", Kind.GONE),
+    ]
+    assert dict(named(list(back.changes))) == {
+        **{"a01": Kind.FAILS, "a02": Kind.SLOWER, "a05": Kind.BETTER},
+        **{"a04": Kind.ANSWER, "a19": Kind.NEW},
+    }
+    assert there.bad == 3 and back.bad == 2
+
+
+def test_values_without_errors_are_not_compared():
+    """Another solver need not state any: its outcomes are compared alone."""
+    runs = [a_run(0), a_run(1, a03={"off": np.ones(3)})]
+    for run in runs:
+        for result in run:
+            for light in result.lights.found:
+                light.position_error[:] = [None] * 3
+                light.intensity_error[:] = [None]
+    assert changes(*runs).changes == ()
+
+
+@pytest.fixture
+def folders(tmp_path) -> tuple[Path, Path]:
+    """Two runs on disk; a case of the second fails, with a sentence that is no HTML."""
+    hostile = ["<script>alert(1)</script> & more"]
+    runs = {"old": a_run(0), "new": a_run(1, a00={"outcome": "failed", "why": hostile})}
+    for name, run in runs.items():
+        for result in run:
+            folder = tmp_path / name / "cases" / result.name
+            folder.mkdir(parents=True)
+            write_json(folder / "result.json", {"schema": 1, **result.model_dump(mode="json")})
+        counts = {"passed": CASES, "failed": 0, "shown": 0, "crashed": 0}
+        suite = {"schema": 1, "suite": "s", "cases": [r.name for r in run], **counts}
+        write_json(tmp_path / name / "suite.json", suite)
+    return tmp_path / "old", tmp_path / "new"
+
+
+def test_the_command_exits_by_what_got_worse(folders, tmp_path):
+    """1 with the failure named first, 0 the other way round and for one run with itself."""
+
+    def diff(*words: Any) -> subprocess.CompletedProcess[str]:
+        words = (LIGHTLOC, "diff", *words)
+        return subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=False)
+
+    old, new = folders
+    done = diff(old, new, "--json", "d.json", "--page", "d.html")
+    assert done.returncode == 1, done.stderr
+    assert done.stdout.splitlines()[:2] == [
+        "Fail now:",
+        "  a00: <script>alert(1)</script> & more",
+    ]
+    assert done.stdout.endswith("1 for the worse, 0 otherwise; 19 of 20 cases as before\n")
+    said = json.loads((tmp_path / "d.json").read_text())
+    assert said["worse"] == 1 and said["changes"][0]["kind"] == "FAILS"
+    assert diff(new, old).returncode == 0 and diff(old, old).returncode == 0
+    gone = diff(old, tmp_path / "nowhere")
+    assert gone.returncode == 2 and "nowhere" in gone.stderr
+
+
+def test_the_page_is_whole_and_escapes_what_it_is_given(tmp_path):
+    """One file that fetches nothing, with both ways in it."""
+    hostile = {"outcome": "failed", "why": ["<script>alert(1)</script>"]}
+    page = write_diff(
+        tmp_path / "d.html", ("old", a_run(0)), ("<b>new", a_run(1, a00=hostile))
+    ).read_text()
+    assert "<script" not in page and "<b>" not in page and "http" not in page
+    assert page.count("<h1>") == 2 and "Fail now" in page and "Hold now" in page
