@@ -25,6 +25,8 @@ For other rooms, in pipeline order:
 - `Stroke`: how a line is drawn.
 - `Line`: a line of its curve.
 - `Curve`: the curve.
+- `Tile`: a cell of a map of rows.
+- `Heat`: the map.
 - `Column`: a column.
 - `Scene`: a scene that has ended.
 - `Document`: a study, study.json.
@@ -52,7 +54,18 @@ from validation.records.result import (
     Suite,
     TrueLight,
 )
-from validation.records.study import Cell, Column, Curve, Document, Line, Row, Scene, Stroke
+from validation.records.study import (
+    Cell,
+    Column,
+    Curve,
+    Document,
+    Heat,
+    Line,
+    Row,
+    Scene,
+    Stroke,
+    Tile,
+)
 
 __all__ = [
     "SCHEMA",
@@ -78,6 +91,8 @@ __all__ = [
     "Stroke",
     "Line",
     "Curve",
+    "Tile",
+    "Heat",
     "Column",
     "Scene",
     "Document",

@@ -67,6 +67,27 @@ class Curve:
     caption: str = ""
 
 
+@dataclass(frozen=True)
+class Tile:
+    """A cell of a map: the row that it stands for, what came out, and how good that is."""
+
+    row: str
+    text: str
+    outcome: Literal["passed", "shown", "failed"]
+
+
+@dataclass(frozen=True)
+class Heat:
+    """A map of rows by two of their names: what runs down and what across, and their tiles."""
+
+    title: str
+    down: str
+    across: str
+    rows: list[str]
+    columns: list[str]
+    tiles: list[list[Tile | None]]
+
+
 class Column(Part):
     """A column and what it means."""
 
@@ -101,4 +122,5 @@ class Document(Part):
     columns: list[Column]
     rows: list[Row] = Field(min_length=1)
     curve: Curve | None = None
+    heat: list[Heat] = Field(default_factory=list)
     scenes: list[Scene]

@@ -18,6 +18,7 @@ NAMES = (
     "power",
     "counts",
     "views",
+    "brdf",
 )
 
 GROUPS = {"gauntlet": ("crossed", "faults", "views", "null", "power", "counts")}

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from validation.jobs import Ended, row_of
-from validation.records import Cell, Curve, Row
+from validation.records import Cell, Curve, Heat, Row
 from validation.studies.measures import Fields, Figure, Goal, Measured
 
 EVERY = "every row"  # the name of the row over all others
@@ -62,6 +62,8 @@ class Study:
         Whether a last row is over all scenes.
     curve
         The drawing, None where there is nothing to draw.
+    heat
+        Maps of the rows by two of their names; none where they have no two.
     """
 
     name: str
@@ -76,6 +78,7 @@ class Study:
     doubt: Callable[[Fields], str | None]
     together: bool = False
     curve: Callable[[Sequence[Row], Sequence[Ended]], Curve | None] = lambda rows, scenes: None
+    heat: Callable[[Sequence[Ended]], list[Heat]] = lambda scenes: []
 
 
 def pooled(*titles: str) -> Callable[[Sequence[Row]], str]:

@@ -42,6 +42,7 @@ def document(
         columns=[Column(title=m.title, meaning=m.meaning) for m in study.measures],
         rows=list(rows),
         curve=study.curve(rows, scenes) if scenes else None,
+        heat=study.heat(scenes) if scenes else [],
         scenes=[_scene(study, scene) for scene in scenes],
     )
     head = {"schema": SCHEMA, **whole.model_dump(mode="json", exclude={"scenes"})}
