@@ -17,6 +17,10 @@ if TYPE_CHECKING:
     from lightloc import Localization
 
 
+SURE, UNSURE = 0, 3
+BELIEVED = ("CONVERGED", "EXTENDED")
+
+
 class Transport(StrEnum):
     direct = "direct"
     full = "full"
@@ -172,6 +176,7 @@ def localize_command(
             count = len(room.known.emitters())
             lines.append(f"known light: {count} emitter(s), rendered and subtracted")
     say("\n".join([*lines, str(found), *counted(found)]), out)
+    raise typer.Exit(SURE if found.reason.name in BELIEVED else UNSURE)
 
 
 def counted(found: Localization) -> list[str]:
