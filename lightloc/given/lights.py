@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -168,6 +169,28 @@ class PointLights:
             unit=unit,
         )
 
+    def to_dict(self) -> dict[str, Any]:
+        """Put the lights into values that JSON has.
+
+        Returns
+        -------
+        dict
+            What `save` writes: ``format``, ``unit``, ``intensity_unit`` where the lights have one,
+            and ``lights``.
+
+        Examples
+        --------
+        >>> from lightloc import PointLights
+        >>> PointLights([[0, 0, 2]], [10.0]).to_dict()["lights"]
+        [{'position': [0.0, 0.0, 2.0], 'intensity': [10.0]}]
+        """
+        rows = [
+            {"position": p.tolist(), "intensity": [None if a != a else a for a in I.tolist()]}
+            for p, I in zip(self.positions, self.intensities, strict=True)
+        ]
+        own = {"intensity_unit": self.intensity_unit} if self.intensity_unit else {}
+        return {"format": FORMAT, "unit": self.unit, **own, "lights": rows}
+
     def save(self, path: str | Path) -> None:
         """Write the lights as JSON, whole or not at all.
 
@@ -194,14 +217,8 @@ class PointLights:
         ...     PointLights.load(f"{folder}/lights.json").intensities.tolist()
         [[10.0]]
         """
-        rows = [
-            {"position": p.tolist(), "intensity": [None if a != a else a for a in I.tolist()]}
-            for p, I in zip(self.positions, self.intensities, strict=True)
-        ]
         with whole(path) as part:
-            own = {"intensity_unit": self.intensity_unit} if self.intensity_unit else {}
-            content = {"format": FORMAT, "unit": self.unit, **own, "lights": rows}
-            part.write_text(json.dumps(content, indent=1) + "\n")
+            part.write_text(json.dumps(self.to_dict(), indent=1) + "\n")
 
     @staticmethod
     def load(path: str | Path) -> PointLights:

@@ -148,15 +148,18 @@ def test_the_command_exits_by_what_got_worse(folders, tmp_path):
         return subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=False)
 
     old, new = folders
-    done = diff(old, new, "--json", "d.json", "--page", "d.html")
+    done = diff(old, new, "--page", "d.html")
     assert done.returncode == 1, done.stderr
     assert done.stdout.splitlines()[:2] == [
         "Fail now:",
         "  a00: <script>alert(1)</script> & more",
     ]
     assert done.stdout.endswith("1 for the worse, 0 otherwise; 19 of 20 cases as before\n")
-    said = json.loads((tmp_path / "d.json").read_text())
+    assert (tmp_path / "d.html").read_text().startswith("<!doctype html>")
+    said = json.loads(diff(old, new, "--json").stdout)
     assert said["worse"] == 1 and said["changes"][0]["kind"] == "FAILS"
+    quiet = diff(old, new, "--quiet")
+    assert (quiet.returncode, quiet.stdout, quiet.stderr) == (1, "", "")
     assert diff(new, old).returncode == 0 and diff(old, old).returncode == 0
     gone = diff(old, tmp_path / "nowhere")
     assert gone.returncode == 2 and "nowhere" in gone.stderr

@@ -15,6 +15,11 @@ SPELLED = {3: "three", 6: "six"}
 FREE = {"albedo", "ambient", "gamma"}
 
 
+class Transport(StrEnum):
+    direct = "direct"
+    full = "full"
+
+
 class Method(StrEnum):
     search = "search"
     paper = "paper"

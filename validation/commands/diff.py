@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from validation.commands.outputs import say, writable
-from validation.commands.running import console
-from validation.jobs import ready, write_json
+from validation.commands.outputs import JSON, QUIET, tell, writable
+from validation.jobs import ready
 
 if TYPE_CHECKING:
     from validation.diff import Changes
@@ -21,10 +20,11 @@ SAME, DIFFERS = 0, 1
 def diff_command(
     before: Annotated[Path, typer.Argument(help="Folder that `lightloc validate` filled.")],
     after: Annotated[Path, typer.Argument(help="Another, of the same cases.")],
-    json: Annotated[Path | None, typer.Option(help="Also write what changed, JSON.")] = None,
     page: Annotated[
         Path | None, typer.Option(help="Also draw it as a page, HTML, whose sides can be swapped.")
     ] = None,
+    json: JSON = False,
+    quiet: QUIET = False,
 ) -> None:
     """Compare two runs of a suite. Exits with 1 where anything got worse.
 
@@ -32,18 +32,16 @@ def diff_command(
 
     Example: lightloc diff report-before report
     """
-    writable(json, page)
+    writable(page)
     from validation.diff import changes
 
     old, new = read(before), read(after)
     found = changes(old, new)
-    if json:
-        write_json(ready(json), content(found))
     if page:
         from validation.report import write_diff
 
         write_diff(ready(page), (str(before), old), (str(after), new))
-    show(found, json, page)
+    tell("\n".join(lines(found)), content(found), json, quiet, page)
     raise typer.Exit(DIFFERS if found.bad else SAME)
 
 
@@ -67,21 +65,20 @@ def content(found: Changes) -> dict[str, Any]:
     }
 
 
-def show(found: Changes, *outputs: Path | None) -> None:
-    """Print a heading and a line each, what got worse first."""
+def lines(found: Changes) -> list[str]:
+    """A heading and a line each, what got worse first."""
     from validation.diff import Kind
 
-    out = console()
+    result = []
     for kind in Kind:
         some = found.of(kind)
-        if some:
-            out.print(f"{kind.value}:", markup=False)
+        result += [f"{kind.value}:"] if some else []
         for one in some:
             chance = "" if one.p is None else f" (p {one.p:.1g})"
-            out.print(f"  {one.case}: {one.said}{chance}", markup=False, soft_wrap=True)
+            result.append(f"  {one.case}: {one.said}{chance}")
     changed = len({one.case for one in found.changes})
-    say(
+    result.append(
         f"{found.bad} for the worse, {len(found.changes) - found.bad} otherwise; "
-        f"{max(0, found.cases - changed)} of {found.cases} cases as before",
-        *outputs,
+        f"{max(0, found.cases - changed)} of {found.cases} cases as before"
     )
+    return result

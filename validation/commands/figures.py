@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from validation.commands.outputs import writable
+from validation.commands.outputs import JSON, QUIET, tell, writable
 
 MODULES = {  # number: module, and about how long it takes beside the others
     1: ("one_light", 2),
@@ -27,6 +27,8 @@ def figures_command(
         "figures"
     ),
     only: Annotated[list[int], typer.Option(help="Draw this figure only, as 1.")] = [],  # noqa: B006
+    json: JSON = False,
+    quiet: QUIET = False,
 ) -> None:
     """Draw the paper's Figures 1 to 6 from our own data: PNG, SVG and a page beside its captions.
 
@@ -43,8 +45,9 @@ def figures_command(
 
     from validation.commands.progress import Bar
 
-    with Bar("figures", total=sum(MODULES[number][1] for number in chosen)) as bar:
-        print(draw_all(chosen, out, bar.to, bar.say))
+    with Bar("figures", total=sum(MODULES[number][1] for number in chosen), quiet=quiet) as bar:
+        page = draw_all(chosen, out, bar.to, bar.say)
+    tell(page, {"page": str(page), "figures": chosen}, json, quiet)
 
 
 def draw_all(

@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from validation.commands.asked import Method, Noise, asked, box, paths, point
+from validation.commands.asked import Method, Noise, Transport, asked, box, paths, point
 from validation.commands.observed import Given
-from validation.commands.outputs import FIND, SEED, SET, UNIT, parameters, say, writable
+from validation.commands.outputs import (
+    FIND,
+    JSON,
+    QUIET,
+    SEED,
+    SET,
+    UNIT,
+    parameters,
+    tell,
+    writable,
+)
 from validation.jobs import ready, write_json
 
 if TYPE_CHECKING:
@@ -19,11 +28,6 @@ if TYPE_CHECKING:
 
 SURE, UNSURE = 0, 3
 BELIEVED = ("CONVERGED", "EXTENDED")
-
-
-class Transport(StrEnum):
-    direct = "direct"
-    full = "full"
 
 
 def localize_command(
@@ -121,8 +125,10 @@ def localize_command(
     find: FIND = [],  # noqa: B006
     unit: UNIT = None,
     seed: SEED = 0,
+    json: JSON = False,
+    quiet: QUIET = False,
 ) -> None:
-    """Find the lights that explain the observations.
+    """Find the lights that explain the observations. Exits with 3 where the answer is not sure.
 
     Example: lightloc localize seen.npz --scene box_occluder -o found.json
     """
@@ -151,7 +157,7 @@ def localize_command(
     region = box(bounds)
     from validation.commands.progress import Bar
 
-    with Bar("searching") as bar:
+    with Bar("searching", quiet=quiet) as bar:
         import render
         from lightloc import Assumption, localize
 
@@ -175,7 +181,8 @@ def localize_command(
         if Assumption.KNOWN_LIGHT in found.assumed:
             count = len(room.known.emitters())
             lines.append(f"known light: {count} emitter(s), rendered and subtracted")
-    say("\n".join([*lines, str(found), *counted(found)]), out)
+    text = "\n".join([*lines, str(found), *counted(found)])
+    tell(text, found.to_dict(), json, quiet, out)
     raise typer.Exit(SURE if found.reason.name in BELIEVED else UNSURE)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import sys
@@ -29,6 +30,10 @@ FIND = Annotated[
         "where it is not given."
     ),
 ]
+
+JSON = Annotated[bool, typer.Option("--json", help="Print what came out as JSON.")]
+
+QUIET = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
 
 UNIT = Annotated[str | None, typer.Option(help="The unit of length, as cm, where no file says it.")]
 
@@ -89,6 +94,12 @@ def say(what: object, *outputs: Path | None) -> None:
     """Print, but not into an output that is the standard output."""
     mixed = any(output and is_output(output) for output in outputs)
     print(what, file=sys.stderr if mixed else sys.stdout)
+
+
+def tell(text: object, values: object, as_json: bool, quiet: bool, *outputs: Path | None) -> None:
+    """Say what came out: as text, as JSON of plain values, or not at all."""
+    if not quiet:
+        say(json.dumps(values, indent=1, ensure_ascii=False) if as_json else text, *outputs)
 
 
 LONGEST = 80  # letters of a word that typer repeats

@@ -11,11 +11,12 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, Ti
 class Bar:
     """A bar with what has passed and what is left, and a word on what is being done.
 
-    ``total`` None is for work whose end cannot be known, as a search: the bar then pulses.
+    ``total`` None is for work whose end cannot be known, as a search: the bar then pulses. One that
+    is ``quiet`` shows and says nothing.
     """
 
-    def __init__(self, what: str, total: float | None = None) -> None:
-        self.console = Console(stderr=True)
+    def __init__(self, what: str, total: float | None = None, quiet: bool = False) -> None:
+        self.console = Console(stderr=True, quiet=quiet)
         columns = (
             TextColumn("{task.description}"),
             BarColumn(),
@@ -23,7 +24,7 @@ class Bar:
             TextColumn("left:"),
             TimeRemainingColumn(),
         )
-        live = self.console.is_terminal
+        live = self.console.is_terminal and not quiet
         self.bar = Progress(*columns, console=self.console, disable=not live, transient=True)
         self.task = self.bar.add_task(what, total=total)
 

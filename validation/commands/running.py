@@ -20,7 +20,13 @@ PLAIN_WIDTH = 150  # columns of text where no terminal says its own
 
 
 def carry_out(
-    scene: Scene, names: Sequence[str], out: Path, *, jobs: int = 0, dask: str | None = None
+    scene: Scene,
+    names: Sequence[str],
+    out: Path,
+    *,
+    jobs: int = 0,
+    dask: str | None = None,
+    quiet: bool = False,
 ) -> None:
     """Run the scenes that have no result yet, with a bar; Ctrl-C ends it in a sentence.
 
@@ -36,7 +42,7 @@ def carry_out(
     if dask is None:
         backend.current()  # else every scene would crash, and say so at length
     left = waiting(names, out, scene)
-    with stoppable(scene, names, out, "scenes"), Bar("scenes", total=len(left)) as bar:
+    with stoppable(scene, names, out, "scenes"), Bar("scenes", len(left), quiet) as bar:
 
         def watch(ended: Ended) -> None:
             outcome = "crashed" if ended.error else "passed"

@@ -5,11 +5,11 @@ from __future__ import annotations
 import importlib
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from validation.commands.outputs import writable
+from validation.commands.outputs import JSON, QUIET, tell, writable
 from validation.commands.running import CRASHED, PASSED, carry_out, console
 from validation.jobs import row_of
 from validation.studies import GROUPS, NAMES
@@ -36,6 +36,8 @@ def study_command(
     dask: Annotated[
         str | None, typer.Option(help="A Dask scheduler to run on, e.g. tcp://10.0.0.1:8786.")
     ] = None,
+    json: JSON = False,
+    quiet: QUIET = False,
 ) -> None:
     """Run studies and draw them. Exits with 1 where a scene crashed; a missed goal is no failure.
 
@@ -60,9 +62,12 @@ def study_command(
 
     def run(study: Study, names: Sequence[str]) -> None:
         chosen = [scene for scene in names if not row or row_of(scene) in row]
-        carry_out(study.one, chosen, out / study.name, jobs=jobs, dask=dask)
+        carry_out(study.one, chosen, out / study.name, jobs=jobs, dask=dask, quiet=quiet)
 
-    crashed = sum(_study(study, out / study.name, scenes, run) for study in studies)
+    said = not (json or quiet)
+    crashed = sum(_study(study, out / study.name, scenes, run, said) for study in studies)
+    if json:
+        tell("", [_content(out / study.name) for study in studies], json, quiet)
     raise typer.Exit(CRASHED if crashed else PASSED)
 
 
@@ -71,8 +76,21 @@ def find(name: str) -> Study:
     return importlib.import_module(f"validation.studies.{name}").STUDY
 
 
+def _content(out: Path) -> dict[str, Any]:
+    """What study.json holds, without its scenes; nothing where nothing could be run."""
+    from validation.jobs import read_json
+
+    file = out / "study.json"
+    whole = read_json(file) if file.exists() else {}
+    return {name: value for name, value in whole.items() if name != "scenes"}
+
+
 def _study(
-    study: Study, out: Path, scenes: int | None, run: Callable[[Study, Sequence[str]], None]
+    study: Study,
+    out: Path,
+    scenes: int | None,
+    run: Callable[[Study, Sequence[str]], None],
+    said: bool,
 ) -> int:
     """Run one study, print its table and write it; the number of scenes that crashed."""
     from validation.jobs import made, read, write_text
@@ -83,7 +101,8 @@ def _study(
     per_row = scenes or study.per_row
     names = study.names(per_row)
     if not names:
-        print(f"{study.name}: there is nothing to run here. {study.question}")
+        if said:
+            print(f"{study.name}: there is nothing to run here. {study.question}")
         return 0
     run(study, names)
     found = read(out, study.one)
@@ -92,8 +111,9 @@ def _study(
     write_text(out / "study.md", table.markdown(study, per_row, rows, how))
     write_text(out / "study.json", table.document(study, per_row, rows, ended, how))
     page = write_study(out)
-    terminal = console()
-    terminal.print(table.terminal(study, rows))
-    terminal.print(" ".join(rows_of.outcome(study, rows)), markup=False, soft_wrap=True)
-    print(page)
+    if said:
+        terminal = console()
+        terminal.print(table.terminal(study, rows))
+        terminal.print(" ".join(rows_of.outcome(study, rows)), markup=False, soft_wrap=True)
+        print(page)
     return sum(bool(scene.error) for scene in ended)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -63,6 +64,8 @@ class Comparison:
         Indices of found lights that none was matched with.
     unit : str
         The unit of the distances: that of the true lights.
+    diagonal : float
+        What percentages of distances are of, in that unit; NaN where it is not said.
 
     Examples
     --------
@@ -82,6 +85,7 @@ class Comparison:
     missed: tuple[int, ...]
     ghosts: tuple[int, ...]
     unit: str = "m"
+    diagonal: float = math.nan
 
     @property
     def count_right(self) -> bool:
@@ -208,6 +212,7 @@ def compare(
         missed=tuple(sorted(set(range(len(true))) - {pair.true for pair in pairs})),
         ghosts=tuple(sorted(set(range(len(found))) - {pair.found for pair in pairs})),
         unit=true.unit,
+        diagonal=float(diagonal),
     )
 
 

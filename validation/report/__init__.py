@@ -10,7 +10,7 @@ from validation.report.pages import TEMPLATES, environment, write_case, write_in
 from validation.report.studies import find_all, write_study_page
 from validation.report.tables import write_csv, write_json, write_junit
 
-__all__ = ["write", "write_study", "write_diff"]
+__all__ = ["write", "write_study", "write_diff", "write_junit"]
 
 ASSETS = ("style.css", "report.js", "figures.js")
 
