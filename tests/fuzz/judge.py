@@ -163,7 +163,7 @@ def command(arguments: list[str], folder: Path) -> tuple[str, str]:
         except SystemExit as ended:
             code = ended.code or 0
     if code != 2:
-        return ("loaded", "") if code in (0, 1) else ("exit code", str(code))
+        return ("loaded", "") if code in (0, 1, 3) else ("exit code", str(code))
     return refusal(err.getvalue().removesuffix("\n"), "lightloc: ")
 
 

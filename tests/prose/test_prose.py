@@ -163,7 +163,8 @@ def test_shell_lines(page, line, folder):
     done = subprocess.run(
         program, cwd=folder(page), capture_output=True, text=True, timeout=RUNS_FOR
     )
-    assert done.returncode == 0, f"$ {line}\n{done.stdout[-2000:]}\n{done.stderr[-2000:]}"
+    told = (0, 3) if line.split()[1] == "localize" else (0,)  # an answer need not be sure
+    assert done.returncode in told, f"$ {line}\n{done.stdout[-2000:]}\n{done.stderr[-2000:]}"
 
 
 def test_shell_lines_are_found():
