@@ -57,7 +57,7 @@ KEYS = {
 }
 CRASHED = {
     *("schema", "name", "scene", "claim", "brdf", "alpha", "transport", "noise", "gated"),
-    *("outcome", "why", "command", "made"),
+    *("method", "outcome", "why", "command", "made"),
 }
 
 

@@ -1,4 +1,4 @@
-"""Adam on Mitsuba's differentiable rendering, with ever more lights, while BIC falls."""
+"""Adam on Mitsuba's differentiable rendering, with ever more lights, while the loss falls by much."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from lightloc import Geometry, Observations, remove_indirect
 from render import Adam, Room, optimize
 
 MOST = 6
+MUCH = 0.5  # of the loss, that a further light must not leave: descents end near their minimum
 FEW = Adam(starts=16, steps=500)
 
 
@@ -17,13 +18,11 @@ def solve(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Positions (k, 3) and intensities (k, c), by what Mitsuba renders of the ``room``."""
     q = remove_indirect(q, geometry) if q.interreflected and geometry else q
-    best, score = (np.zeros((0, 3)), np.zeros((0, q.channels))), np.inf
+    best, loss = (np.zeros((0, 3)), np.zeros((0, q.channels))), np.inf
     for k in range(1, MOST + 1):
         descent = optimize(room, q, k, options=FEW, seed=seed)
-        chi2 = float(descent.losses.min()) * q.radiance.size
-        charged = chi2 + k * (3 + q.channels) * np.log(q.radiance.size)
-        if not charged < score:
+        left = float(descent.losses.min())
+        if not left < MUCH * loss:
             break
-        q = remove_indirect(q, geometry) if q.interreflected and geometry else q
-    best, score = (descent.lights.positions, descent.lights.intensities), charged
+        best, loss = (descent.lights.positions, descent.lights.intensities), left
     return best

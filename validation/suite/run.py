@@ -131,7 +131,8 @@ def run_cases(
         done(cases.result(ended.name) or {})
 
     threads = max(1, (os.cpu_count() or 1) // jobs)
-    limit = max([LIMIT, *(row.seconds + MARGIN for row in cases.rows)])
+    others = [row.seconds + MARGIN for row in cases.rows if not row.solver.is_own]
+    limit = max([LIMIT, *others])
     run(cases, left, out, jobs=jobs, threads=threads, limit=limit, watch=watch, again=True)
     results = [cases.result(name) or {} for name in names]
     summary = {
