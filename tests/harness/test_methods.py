@@ -198,3 +198,69 @@ def test_a_row_that_is_wrong_is_said_with_the_nearest_right_one(tmp_path, row, s
     with pytest.raises(ValueError, match=r"own.toml: case 'a': ") as error:
         read_suite(file)
     assert said in str(error.value)
+
+
+OWN_SUITE = """
+[defaults]
+points = 256
+brdf = "diffuse"
+claim = "A small case."
+position_percent = 1
+intensity_percent = 5
+[[case]]
+name = "twice"
+scene = "box_one"
+noise = 0.01
+repeats = 2
+metric = "judges:brightness"
+[[case]]
+name = "strict"
+scene = "box_one"
+metric = "judges:brightness"
+metric_most = 1
+[[case]]
+name = "broken"
+scene = "box_one"
+metric = "judges:gone"
+[[case]]
+name = "rougher"
+scene = "box_conductor"
+parameters.alpha = 0.3
+assumed = "box_conductor"
+assumed_parameters.alpha = 0.6
+options.most_lights = 3
+[[case]]
+name = "other_shapes"
+scene = "box_one"
+assumed = "sphere"
+"""
+
+
+def test_a_row_has_a_metric_repeats_options_and_assumed_materials(tmp_path):
+    """A metric is told and judged; other materials leave a case that says so; shapes must agree."""
+    (tmp_path / "judges.py").write_text(
+        "def brightness(found, room, seen):\n    return float(found.lights.intensities.sum())\n"
+    )
+    (tmp_path / "own.toml").write_text(OWN_SUITE)
+    words = [LIGHTLOC, "validate", "--suite", "own.toml", "-o", "out", "--json"]
+    done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 1, done.stderr
+    summary = json.loads(done.stdout)
+    cases = {
+        name: json.loads((tmp_path / "out" / "cases" / name / "result.json").read_text())
+        for name in summary["cases"]
+    }
+    assert list(cases)[:2] == ["twice-r1", "twice-r2"]
+    once, twice = (cases[f"twice-r{i}"] for i in (1, 2))
+    assert once["seed"] + 1 == twice["seed"] and once["outcome"] == "passed"
+    assert once["metrics"]["judges-brightness"] != twice["metrics"]["judges-brightness"]
+    assert once["command"].endswith("--case twice-r1")
+    assert any("metric judges-brightness is" in said for said in cases["strict"]["why"])
+    assert cases["broken"]["why"] == [
+        "The metric failed: ValueError: judges has no function 'gone'."
+    ]
+    rougher = cases["rougher"]
+    assert rougher["assumed"] == "box_conductor" and rougher["options"] == {"most_lights": 3}
+    assert rougher["search"]["reason"] != "converged"
+    assert cases["other_shapes"]["outcome"] == "crashed"
+    assert "has other shapes than 'box_one'" in cases["other_shapes"]["why"][-1]

@@ -12,8 +12,9 @@ from lightloc import Observations, PointLights, localize
 from render import relight
 from render.room import Room
 from validation.judge.match import compare
-from validation.suite.case import observe, rerender, shortfalls
+from validation.suite.case import rerender, shortfalls
 from validation.suite.cases import Case
+from validation.suite.solve import observe
 
 POINTS = 1500
 FEW = 500  # where a search that can't succeed goes to the end of its options

@@ -3,6 +3,7 @@
 For other rooms, in pipeline order:
 
 - `Method`: what finds the lights, as a command or a suite names it.
+- `function`: the function itself, in this process.
 - `OWN`: the methods of `lightloc.localize`.
 - `Scene`: a room, so that another process can load it.
 - `solved`: runs a solver.
@@ -14,6 +15,16 @@ For other rooms, in pipeline order:
 
 from validation.methods.answer import no_answer
 from validation.methods.apart import MEMORY_MB, SECONDS, Scene, SolverFailed, solved
-from validation.methods.named import OWN, Method
+from validation.methods.named import OWN, Method, function
 
-__all__ = ["Method", "OWN", "Scene", "solved", "SolverFailed", "no_answer", "SECONDS", "MEMORY_MB"]
+__all__ = [
+    "Method",
+    "function",
+    "OWN",
+    "Scene",
+    "solved",
+    "SolverFailed",
+    "no_answer",
+    "SECONDS",
+    "MEMORY_MB",
+]

@@ -6,8 +6,6 @@ sentence.
 
 from __future__ import annotations
 
-import importlib
-import importlib.util
 import inspect
 import json
 import os
@@ -35,6 +33,7 @@ def main(folder: Path) -> None:
     import render
     from lightloc import Observations
     from validation.methods.answer import taken
+    from validation.methods.named import Method, function
 
     q, room = Observations.load(folder / "observations.npz"), None
     if job["scene"]:
@@ -42,7 +41,8 @@ def main(folder: Path) -> None:
         room = render.relight(room, lightloc.PointLights([[0, 0, 0]], [0.0], room.unit))
         q = render.attach(q, room)
     try:
-        solve = function(job["module"], job["function"], job["file"])
+        file = Path(job["file"]) if job["file"] else None
+        solve = function(Method(f"{job['module']}:{job['function']}", file))
         ending(folder, job["seconds"])
         more = asked(solve, room=room, bounds=job["bounds"], seed=job["seed"])
         fields = taken(solve(q, room.geometry if room else None, **more), q.channels)
@@ -73,18 +73,6 @@ def limited(megabytes: int) -> None:
         resource.setrlimit(resource.RLIMIT_DATA, (megabytes * MEGABYTE, megabytes * MEGABYTE))
     except (ImportError, ValueError, OSError):
         pass
-
-
-def function(module: str, name: str, file: str | None) -> Callable[..., Any]:
-    """The solver, from a file or from what is installed."""
-    if file:
-        sys.path.insert(0, str(Path(file).parent))
-    loaded = importlib.import_module(module)
-    found = getattr(loaded, name, None)
-    if not callable(found):
-        raise ValueError(f"{module} has no function '{name}'")
-    solver: Callable[..., Any] = found
-    return solver
 
 
 def asked(solve: Callable[..., Any], **offered: Any) -> dict[str, Any]:

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import importlib
 import importlib.util
+import sys
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 OWN = ("search", "paper")
 """Methods of `lightloc.localize`."""
@@ -102,3 +106,17 @@ class Method:
         if known is None:
             raise ValueError(f"method '{text}': there is no module '{where}' in {folder.resolve()}")
         return Method(text)
+
+
+def function(method: Method) -> Callable[..., Any]:
+    """The function itself, imported into this process.
+
+    Raises ValueError where the module has none of that name.
+    """
+    if method.file and str(method.file.parent) not in sys.path:
+        sys.path.insert(0, str(method.file.parent))
+    found = getattr(importlib.import_module(method.module), method.function, None)
+    if not callable(found):
+        raise ValueError(f"{method.module} has no function '{method.function}'")
+    called: Callable[..., Any] = found
+    return called

@@ -151,6 +151,8 @@ class Result(Part):
     parameters: dict[str, Any] = Field(default_factory=dict)
     method: str = "search"
     options: dict[str, Any] = Field(default_factory=dict)
+    assumed: str = ""  # the scene whose materials the search was told
+    metrics: dict[str, Real] = Field(default_factory=dict)  # the user's own
     limits: Limits | None = None
     diagonal: Real = None
     unit: str = "m"  # of length

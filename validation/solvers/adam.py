@@ -1,4 +1,4 @@
-"""Adam on Mitsuba's differentiable rendering, with ever more lights, while the loss falls by much."""
+"""Adam on Mitsuba's differentiable rendering, with more lights for as long as that helps much."""
 
 from __future__ import annotations
 

@@ -10,18 +10,16 @@ import resource
 import time
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
 import render
-from lightloc import Localization, Observations, PointLights, Reason, localize
-from lightloc.interreflection import Indirect
+from lightloc import Localization, Observations, PointLights, Reason
 from render import Room
 from validation import records
 from validation.jobs import made, write_json
 from validation.judge import RADIUS, Comparison, compare, judge_sphere
-from validation.methods import Scene, SolverFailed, no_answer, solved
 from validation.records import (
     SCHEMA,
     ClosedForm,
@@ -36,11 +34,12 @@ from validation.records import (
     Step,
     TrueLight,
 )
-from validation.suite.cases import Case, settings
+from validation.suite.cases import Case
 from validation.suite.pictures import save_fields, save_room, save_view
+from validation.suite.solve import answer, assumed, measured, observe
 
 RERENDER_SPP = 256  # its noise is known and counted
-OTHER_SEED, THIRD_SEED = 7919, 15_838
+OTHER_SEED = 7919
 ROUNDING = 1e-5  # of the mean radiance: the error of an exact B, for z-scores of a re-render
 
 
@@ -57,11 +56,15 @@ def run_case(case: Case, folder: Path, command: str) -> dict[str, Any]:
     seen = observe(case, room, case.seed)
     seen.save(folder / "observations.npz")
     clock.lap("observe")
-    found, gone = answer(case, seen, room)
+    told, believed = assumed(case, seen, room)
+    clock.lap("assume")
+    found, gone = answer(case, told, believed)
     clock.lap("localize")
     comparison = compare(found.lights, room.lights, room.diagonal)
     again = rerender(case, room, seen, found.lights)
     why = [gone] if gone else shortfalls(case, comparison, found)
+    metrics, more = measured(case, found, room, seen)
+    why += more
     sphere = None
     if case.closed_form:
         sphere, more = judge_sphere(seen, room.lights, room.geometry, case.seed)
@@ -75,7 +78,16 @@ def run_case(case: Case, folder: Path, command: str) -> dict[str, Any]:
         **case.model_dump(
             include={
                 *("name", "scene", "claim", "brdf", "transport", "noise", "gated"),
-                *("points", "spp", "rendered", "seed", "parameters", "method", "options"),
+                *(
+                    "points",
+                    "spp",
+                    "rendered",
+                    "seed",
+                    "parameters",
+                    "method",
+                    "options",
+                    "assumed",
+                ),
             }
         ),
         alpha=case.alpha,
@@ -92,6 +104,7 @@ def run_case(case: Case, folder: Path, command: str) -> dict[str, Any]:
         lights=Lights(true=true_lights(room.lights), found=found_lights(found)),
         comparison=compared(comparison),
         rerender=again,
+        metrics=dict(metrics),
         closed_form=ClosedForm(**sphere) if sphere else None,
         search=searched(found),
         seconds=clock.laps(),
@@ -102,51 +115,6 @@ def run_case(case: Case, folder: Path, command: str) -> dict[str, Any]:
     content = {"schema": SCHEMA, **result.model_dump(mode="json")}
     write_json(folder / "result.json", content)
     return content
-
-
-def answer(case: Case, seen: Observations, room: Room) -> tuple[Localization, str]:
-    """What the row's method finds; no light, and a sentence, where it is another and fails."""
-    if case.solver.is_own:
-        indirect: Indirect | Literal["gathered"] = "gathered"
-        if case.rendered:
-            spp, seed = case.rendered, case.seed + THIRD_SEED
-            indirect = render.interreflected(room, seen, spp=spp, seed=seed)
-        found = localize(
-            seen,
-            room.geometry,
-            method="paper" if case.method == "paper" else "search",
-            options=settings(case),
-            bounds=case.bounds,
-            indirect=indirect,
-            seed=case.seed,
-        )
-        return found, ""
-    scene = Scene(case.scene_file, case.find, case.unit, dict(case.parameters))
-    try:
-        return solved(
-            case.solver,
-            seen,
-            room,
-            scene,
-            bounds=case.bounds,
-            seed=case.seed,
-            seconds=case.seconds,
-            memory_mb=case.memory_mb,
-        ), ""
-    except SolverFailed as failed:
-        return no_answer(seen), str(failed)
-
-
-def observe(case: Case, room: Room, seed: int) -> Observations:
-    """The case's observations of a room."""
-    return render.observe(
-        room,
-        points=case.points,
-        spp=case.spp,
-        seed=seed,
-        transport=case.transport,
-        noise=case.noise,
-    )
 
 
 def shortfalls(case: Case, comparison: Comparison, found: Localization | None = None) -> list[str]:

@@ -48,6 +48,11 @@ class Case(BaseModel):
     seed: int = Field(0, ge=0)
     method: str = "search"  # or paper, or a function: module:function or file.py:function
     options: dict[str, Any] = {}  # of lightloc.Options, or of lightloc.Paper
+    assumed: str = ""  # a scene of the same shapes, whose materials the search is told
+    assumed_parameters: dict[str, float] = {}
+    metric: str = ""  # a function of yours: module:function or file.py:function
+    metric_most: float | None = None  # what the metric must not exceed
+    repeats: int = Field(1, ge=1, le=1000)  # with the seeds that follow
     seconds: float = Field(SECONDS, gt=0)  # that a solver may take
     memory_mb: int = Field(MEMORY_MB, ge=256)
     gated: bool = True
@@ -78,10 +83,22 @@ class Case(BaseModel):
         return Method.of(self.method, self._folder)
 
     @property
+    def measure(self) -> Method | None:
+        """The function that measures the answer; looked for in the suite's folder."""
+        return Method.of(self.metric, self._folder) if self.metric else None
+
+    @property
     def scene_file(self) -> Path:
         """The file of the scene, whichever folder the suite is run from."""
-        own = self._folder / self.scene
-        packaged = _packaged(self.scene, ".xml")
+        return self._file(self.scene)
+
+    @property
+    def assumed_file(self) -> Path | None:
+        """That of the scene whose materials the search is told; None where they are its own."""
+        return self._file(self.assumed) if self.assumed else None
+
+    def _file(self, scene: str) -> Path:
+        own, packaged = self._folder / scene, _packaged(scene, ".xml")
         return packaged if packaged and not os.path.isfile(own) else own
 
 
@@ -119,12 +136,13 @@ def read_suite(path: str | Path) -> tuple[str, list[Case]]:
             raise ValueError(f"{file}: {said}") from None
         case._folder = file.parent
         try:
-            case.solver  # noqa: B018  (a name that is none is said before any case runs)
-            settings(case)
+            case.solver, settings(case)  # what is none is said before any case runs
+            if case.measure and case.measure.is_own:
+                raise ValueError(f"metric '{case.metric}': expected a function of yours")
         except ValueError as error:
             said = printable(f"case '{case.name}': {error}")
             raise ValueError(f"{file}: {said}") from None
-        cases.append(case)
+        cases += repeated(case)
     names = [case.name for case in cases]
     for name in names:
         if names.count(name) > 1:
@@ -133,6 +151,17 @@ def read_suite(path: str | Path) -> tuple[str, list[Case]]:
     if not isinstance(name, str):
         raise ValueError(f"{file}: its name is no text")
     return name, cases
+
+
+def repeated(case: Case) -> list[Case]:
+    """The case as often as its row asks for, each time with the next seed: box_one-r1, -r2."""
+    if case.repeats == 1:
+        return [case]
+    each = []
+    for i in range(case.repeats):
+        one = case.model_copy(update={"name": f"{case.name}-r{i + 1}", "seed": case.seed + i})
+        each.append(one)
+    return each
 
 
 def by_methods(rows: Sequence[Case], methods: Sequence[str], folder: Path) -> list[Case]:

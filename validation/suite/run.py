@@ -71,10 +71,13 @@ class Cases:
             return
         case = self.case(name)
         yield case.model_dump_json()
-        if case.solver.file:
-            yield case.solver.file
+        for one in (case.solver, case.measure):
+            if one and one.file:
+                yield one.file
         try:
             yield from render.files_of(case.scene_file, **case.parameters)
+            if case.assumed_file:
+                yield from render.files_of(case.assumed_file, **case.assumed_parameters)
         except (ValueError, RuntimeError, OSError):  # it will crash, and say why
             return
 
