@@ -20,11 +20,6 @@ class Transport(StrEnum):
     full = "full"
 
 
-class Method(StrEnum):
-    search = "search"
-    paper = "paper"
-
-
 class Noise(StrEnum):
     given = "given"
     scaled = "scaled"
@@ -89,12 +84,12 @@ def box(text: str | None) -> list[list[float]] | None:
 
 
 def asked(
-    method: Method, ambient: bool, noise: Noise, free: str | None, false_alarm: float | None
+    method: str, ambient: bool, noise: Noise, free: str | None, false_alarm: float | None
 ) -> Options | None:
     """The options of our own search; what can't be right is named as on the command line."""
     from lightloc import Options
 
-    if method is Method.paper:
+    if method != "search":
         return None
     words: tuple[Any, ...] = () if free is None else tuple(free.split(","))
     if not set(words) <= FREE:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from validation.commands.asked import Method, Noise, Transport, asked, box, paths, point
+from validation.commands.asked import Noise, Transport, asked, box, paths, point
 from validation.commands.observed import Given
 from validation.commands.outputs import (
     FIND,
@@ -24,6 +24,7 @@ from validation.jobs import ready, write_json
 
 if TYPE_CHECKING:
     from lightloc import Localization
+    from validation.methods import Method
 
 
 SURE, UNSURE = 0, 3
@@ -44,9 +45,13 @@ def localize_command(
     out: Annotated[Path, typer.Option("--out", "-o", help="Found lights, JSON.")] = Path(
         "lights.json"
     ),
-    method: Annotated[Method, typer.Option(help="Ours, or the paper's as published.")] = (
-        Method.search
-    ),
+    method: Annotated[
+        str,
+        typer.Option(
+            help="search is ours, paper as published; or a function of yours, as module:function "
+            "or file.py:function."
+        ),
+    ] = "search",
     indirect: Annotated[
         str | None,
         typer.Option(
@@ -147,12 +152,15 @@ def localize_command(
     way = paths(indirect)
     if isinstance(way, int) and not scene:
         raise ValueError("--indirect: needs --scene, the room that is rendered")
-    if method is Method.paper and (isinstance(way, int) or ambient or noise is not Noise.given):
+    solver = named(method)
+    given_more = isinstance(way, int) or ambient or noise is not Noise.given
+    if method != "search" and given_more:
         raise ValueError(
-            "--method paper: has no --indirect PATHS, --ambient, --noise scaled or --noise estimate"
+            f"--method {method}: has no --indirect PATHS, --ambient, --noise scaled or --noise "
+            "estimate"
         )
-    if method is Method.paper and (free is not None or false_alarm is not None):
-        raise ValueError("--method paper: has no --free and no --false-alarm")
+    if method != "search" and (free is not None or false_alarm is not None):
+        raise ValueError(f"--method {method}: has no --free and no --false-alarm")
     options = asked(method, ambient, noise, free, false_alarm)
     region = box(bounds)
     from validation.commands.progress import Bar
@@ -164,16 +172,26 @@ def localize_command(
         hidden = find or "point"
         room = render.load(scene, find=hidden, unit=unit, **parameters(set_)) if scene else None
         seen, said = given.read(room)
-        found = localize(
-            seen,
-            room.geometry if room else None,
-            method=method.value,
-            bounds=region,
-            options=options,
-            indirect=way,
-            seed=seed,
-            watch=lambda step: bar.say(f"{step.lights} lights, chi-square {step.chi2:.3g}"),
-        )
+        if solver:
+            from validation.methods import Scene, SolverFailed, solved
+
+            where = Scene(scene, hidden, unit, parameters(set_)) if scene else None
+            bar.say(method)
+            try:
+                found = solved(solver, seen, room, where, bounds=region, seed=seed)
+            except SolverFailed as failed:
+                raise ValueError(str(failed)) from None
+        else:
+            found = localize(
+                seen,
+                room.geometry if room else None,
+                method="paper" if method == "paper" else "search",
+                bounds=region,
+                options=options,
+                indirect=way,
+                seed=seed,
+                watch=lambda step: bar.say(f"{step.lights} lights, chi-square {step.chi2:.3g}"),
+            )
         write_json(ready(out), found.to_dict())
     lines = [f"{observations[0]}: {said}"] if said else []
     if room:
@@ -184,6 +202,15 @@ def localize_command(
     text = "\n".join([*lines, str(found), *counted(found)])
     tell(text, found.to_dict(), json, quiet, out)
     raise typer.Exit(SURE if found.reason.name in BELIEVED else UNSURE)
+
+
+def named(method: str) -> Method | None:
+    """A function of the user's; None of a method of ours."""
+    if method in ("search", "paper"):
+        return None
+    from validation.methods import Method
+
+    return Method.of(method, Path.cwd())
 
 
 def counted(found: Localization) -> list[str]:
