@@ -59,7 +59,7 @@ class Adam:
     slowdown : float
         Both rates fall to this share by the last step.
     memory : float
-        beta_2 of Adam.
+        Its beta_2.
     dark : float
         Of the median standard error: none counts as smaller.
     inset : float

@@ -142,7 +142,9 @@ def diagnosed(
         again = plain(evidence, verdict.best.lights)
         joints = resumed(evidence, [verdict.best, *(one for one, _ in verdict.others)])
         verdict = weighed(evidence, again, sets, joints, False, o.most_lights, first=False)
-        if before[0].explained and not (verdict and verdict.explained):
+        departure = before[0].best.departure
+        rough = departure is not None and departure.aside is not None  # a ball is not quite it
+        if rough and before[0].explained and not (verdict and verdict.explained):
             verdict, whole = before
             break
     if verdict is None:

@@ -73,6 +73,8 @@ def test_two_runs_with_other_noise_are_the_same():
     """Two hundred pairs, whatever the machine's speed: one in a thousand may name something."""
     seen = [changes(a_run(2 * i), a_run(2 * i + 1)).changes for i in range(200)]
     assert sum(map(bool, seen)) <= 2
+    slow = {f"a{i:02d}": {"slower": 10.0} for i in range(CASES)}  # another machine
+    assert changes(a_run(0), a_run(1, **slow)).changes == ()
 
 
 def test_what_was_injected_is_found_and_nothing_else():

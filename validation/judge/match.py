@@ -65,7 +65,7 @@ class Comparison:
     unit : str
         The unit of the distances: that of the true lights.
     diagonal : float
-        What percentages of distances are of, in that unit; NaN where it is not said.
+        What percentages of distances are of, in the unit of length; NaN where it is not said.
 
     Examples
     --------
