@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lightloc.answer import Localization
 from lightloc.diagnosis.departure import Array
 from lightloc.diagnosis.lamps import Lamps
 from lightloc.fit import Bound
@@ -89,3 +90,13 @@ def errors(
     """Standard errors that cover the other models."""
     wide = covering(covariance, lights, others, axes)
     return Bound.of(wide, axes, *lights.intensities.shape)
+
+
+def with_errors(found: Localization, bound: Bound) -> Localization:
+    """The answer with other errors."""
+    return replace(
+        found,
+        position_error=bound.position,
+        intensity_error=bound.intensity,
+        covariance=bound.covariance,
+    )

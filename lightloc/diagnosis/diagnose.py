@@ -25,7 +25,7 @@ from lightloc.diagnosis.choice import (
     spread,
     total,
 )
-from lightloc.diagnosis.covered import Alternative, errors
+from lightloc.diagnosis.covered import Alternative, errors, with_errors
 from lightloc.diagnosis.departure import Array, Evidence
 from lightloc.diagnosis.emission import lamps_found
 from lightloc.diagnosis.fewer import claimed_by_all, fewer_apart, fewer_wide
@@ -202,13 +202,7 @@ def beside(found: Localization, answer: Localization, whole: Evidence, o: Option
     every = tuple(range(len(found.lights)))
     other = Alternative(every, "", answer.lights, answer.covariance, answer.chi2)
     bound = errors(found.covariance, found.lights, [other], whole.problem.axes)
-    wide = replace(
-        found,
-        position_error=bound.position,
-        intensity_error=bound.intensity,
-        covariance=bound.covariance,
-    )
-    return judged(wide, whole.problem, o)
+    return judged(with_errors(found, bound), whole.problem, o)
 
 
 def cost_of(evidence: Evidence, joint: Joint) -> float:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from lightloc.answer import Localization, judged
 from lightloc.diagnosis.assumed import alternatives, hangs_on
 from lightloc.diagnosis.choice import best_of, plain, pruned
-from lightloc.diagnosis.covered import errors, joined
+from lightloc.diagnosis.covered import errors, joined, with_errors
 from lightloc.diagnosis.departure import Evidence
 from lightloc.diagnosis.doubt import MANY, doubtful
 from lightloc.diagnosis.emission import joint_of_lamps, lamps_found
@@ -44,27 +44,15 @@ def hung(found: Localization, whole: Evidence, o: Options) -> Localization:
     if not others:
         return found
     bound = errors(found.covariance, lights, others, whole.problem.axes)
-    answer = replace(
-        found,
-        position_error=bound.position,
-        intensity_error=bound.intensity,
-        covariance=bound.covariance,
-        verdicts=(*hangs_on(lights, others, whole.problem.unit), *found.verdicts),
-    )
-    return judged(answer, whole.problem, o)
+    verdicts = (*hangs_on(lights, others, whole.problem.unit), *found.verdicts)
+    return judged(replace(with_errors(found, bound), verdicts=verdicts), whole.problem, o)
 
 
 def doubted(found: Localization, whole: Evidence, o: Options) -> Localization:
     """The answer with errors that are no less than by how much patches of observations disagree."""
     spread = joined(found.covariance, doubtful(whole, plain(whole, found.lights), 1.0))
     bound = Bound.of(spread, whole.problem.axes, *found.lights.intensities.shape)
-    answer = replace(
-        found,
-        position_error=bound.position,
-        intensity_error=bound.intensity,
-        covariance=bound.covariance,
-    )
-    return judged(answer, whole.problem, o)
+    return judged(with_errors(found, bound), whole.problem, o)
 
 
 def fewer_lamps(evidence: Evidence, found: Localization) -> Joint | None:
