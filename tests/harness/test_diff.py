@@ -75,6 +75,8 @@ def test_two_runs_with_other_noise_are_the_same():
     assert sum(map(bool, seen)) <= 2
     slow = {f"a{i:02d}": {"slower": 10.0} for i in range(CASES)}  # another machine
     assert changes(a_run(0), a_run(1, **slow)).changes == ()
+    one = changes(a_run(0), a_run(1, **(slow | {"a11": {"slower": 30.0}})))
+    assert named(list(one.changes)) == [("a11", Kind.SLOWER)]
 
 
 def test_what_was_injected_is_found_and_nothing_else():
