@@ -106,8 +106,8 @@ def diagnosed(
     close = sum(v.kind is Kind.CLUSTER for v in found.verdicts) if right else 0
     fewest = max(1, len(found.lights) - close) if right else 1
     narrower = fewer_wide(found, whole, evidence, fewest) if wider or close else None
-    if narrower:
-        return told(found, whole, narrower, o)
+    if narrower and is_kept(answer := told(found, whole, narrower, o)):
+        return answer
     if wider:
         return found
     base = plain(evidence, found.lights)
@@ -123,7 +123,9 @@ def diagnosed(
         asked = [one for one in asked if hope(evidence, one) < cost_of(evidence, base)]
         if not asked:
             apart = fewer_apart(found, evidence)
-            return told(found, whole, apart, o) if apart else hung(found, whole, o)
+            if apart and is_kept(answer := told(found, whole, apart, o)):
+                return answer
+            return hung(found, whole, o)
     several = {one.departure.kind for one in asked} != {Kind.GEOMETRY}
     makers = MAKERS if several or not explained else GEOMETRY
     fewer = [one.lights for one in found.counts if len(one.lights) < len(found.lights)]
@@ -152,12 +154,16 @@ def diagnosed(
     if found.reason is Reason.MOST_LIGHTS and not verdict.explained:
         return found  # lights that may not be looked for would be taken for a departure
     answer = told(found, whole, verdict, o)
-    vain = answer.reason is Reason.NO_GAIN
-    if right and (vain or is_same(found, answer.lights)):
+    if right and (not is_kept(answer) or is_same(found, answer.lights)):
         return remarked(hung(found, whole, o), verdict)
     if right and verdict.best.departure and is_near(found, answer, whole, o):
         return remarked(hung(beside(found, answer, whole, o), whole, o), verdict)
     return answer
+
+
+def is_kept(answer: Localization) -> bool:
+    """Whether what was told explains all observations, and not a sample alone."""
+    return answer.reason is not Reason.NO_GAIN
 
 
 def unmoved(found: Localization, whole: Evidence) -> Array:

@@ -74,7 +74,7 @@ class Law:
         """(n, c) standard errors of B where the model is (n, c), W sr^-1 m^-2."""
         M = np.maximum(model, 0)
         v = self.variance.T
-        own = np.square(RELATIVE * M) + np.square(ABSOLUTE * self.floor)
+        own = np.square(arithmetic(M, self.floor))
         return np.sqrt(own + v[0] + v[1] * M + v[2] * np.square(M))
 
     def is_noise(
@@ -88,9 +88,9 @@ class Law:
         return np.asarray(1 / (1 + share / (1 - share) * np.exp(np.minimum(odds, 700))))
 
 
-def arithmetic(B: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(n, c) standard errors of the arithmetic where B is (n, c)."""
-    return np.asarray(np.hypot(RELATIVE * B, ABSOLUTE * B.mean(axis=0)))
+def arithmetic(B: NDArray[np.float64], mean: float | NDArray[np.float64]) -> NDArray[np.float64]:
+    """Standard errors of the arithmetic at B, whose mean is known."""
+    return np.asarray(np.hypot(RELATIVE * B, ABSOLUTE * mean))
 
 
 def law_left(
@@ -173,7 +173,7 @@ def _of_channel(
     if not squares.size or not mean:
         return np.zeros(3), np.full(3, np.inf), mean, 0.0, 0.0, 0.0
     x = np.stack([np.full_like(M, mean**2), M * mean, np.square(M)])
-    own = known[told] + np.square(RELATIVE * M) + (ABSOLUTE * mean) ** 2
+    own = known[told] + np.square(arithmetic(M, mean))
 
     def likeliest(every: NDArray[np.float64], so_far: Sequence[Maximum] = ()) -> Maximum:
         laws = [*so_far, *(_maximized(squares, x, own, terms) for terms in every)]

@@ -84,7 +84,8 @@ def above_rounding(whole: Problem, fit: Fit, scale: float) -> Fit:
     if whole.surfels.double or not len(fit):
         return fit
     each = shading(whole.surfels, fit.lights.positions, whole.geometry) * fit.lights.intensities
-    seen = (each > ROUNDING * arithmetic(each.sum(axis=1))[:, None]).any(axis=(0, 2))
+    B = each.sum(axis=1)
+    seen = (each > ROUNDING * arithmetic(B, B.mean(axis=0))[:, None]).any(axis=(0, 2))
     if seen.all():
         return fit
     lights = PointLights(fit.lights.positions[seen], fit.lights.intensities[seen])

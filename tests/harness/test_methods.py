@@ -13,7 +13,7 @@ import pytest
 import render
 from lightloc import Irradiance, Observations, PointLights, Reason, radiance
 from validation.judge import compare
-from validation.methods import Method, Scene, SolverFailed, solved
+from validation.methods import Method, Scene, SolverFailed, function, solved
 from validation.methods.answer import MOST_LIGHTS, answered, taken
 from validation.suite import by_methods, read_suite
 
@@ -87,8 +87,21 @@ def test_a_solver_is_told_what_it_has_a_parameter_for(folder):
     assert found.reason is Reason.TAKEN and np.isnan(found.position_error).all()
 
 
+def test_a_file_is_taken_for_itself(tmp_path):
+    """Not for a module of Python's own that has its name; in a package it may import from that."""
+    own = "def solve(q, geometry):\n    return [[0, 0, 1]], [1]\n"
+    (tmp_path / "json.py").write_text(own)
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "__init__.py").write_text("")
+    (tmp_path / "mine" / "parts.py").write_text(own)
+    (tmp_path / "mine" / "types.py").write_text("from .parts import solve\n")
+    for text in ("json.py:solve", "json:solve", "mine.types:solve"):
+        solve = function(Method.of(text, tmp_path))
+        assert solve(None, None) == ([[0, 0, 1]], [1])
+
+
 @pytest.mark.parametrize(
-    ("function", "said"),
+    ("name", "said"),
     [
         ("crash", r"KeyError: 'no such\\nlight' \(mine.py, line 14\)"),
         ("leave", "SystemExit: no message"),
@@ -99,9 +112,9 @@ def test_a_solver_is_told_what_it_has_a_parameter_for(folder):
         ("gone", "mine has no function 'gone'"),
     ],
 )
-def test_whatever_a_solver_does_is_a_sentence(folder, function, said):
+def test_whatever_a_solver_does_is_a_sentence(folder, name, said):
     """It raises, leaves, dies, hangs, takes all memory, or returns what is no answer."""
-    method, seconds = Method.of(f"mine:{function}", folder), 1 if function == "hang" else 60
+    method, seconds = Method.of(f"mine:{name}", folder), 1 if name == "hang" else 60
     with pytest.raises(SolverFailed, match=said):
         solved(method, floor(), None, None, seconds=seconds, memory_mb=2048)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from lightloc import Reason
@@ -22,3 +24,12 @@ def test_a_moved_object_adds_and_takes_no_light(name):
     told = crossed(name)
     assert told.found == told.lights and not told.ghosts
     assert "GEOMETRY" in told.verdicts and told.reason == Reason.UNDECIDED.name
+
+
+def test_what_is_explained_stays(monkeypatch):
+    """A departure that a sample shows and the whole does not takes no answer's place."""
+    monkeypatch.setattr(
+        "lightloc.diagnosis.diagnose.told",
+        lambda found, *_: replace(found, reason=Reason.NO_GAIN),
+    )
+    assert crossed("c0.05-034").reason == Reason.UNDECIDED.name

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -70,7 +69,7 @@ def compare_command(
         **{"worst_intensity_percent": verdict.worst_intensity_percent},
         **{"diagonal": verdict.diagonal, "unit": verdict.unit, "missed_limits": missed},
     }
-    tell("\n".join([str(verdict), *missed]), plain(values), json, quiet)
+    tell("\n".join([str(verdict), *missed]), values, json, quiet)
     raise typer.Exit(DIFFERS if missed else SAME)
 
 
@@ -106,12 +105,3 @@ def diagonal_in(file: str) -> float | None:
         return None
     number(f"{file}: diagonal", value, above=True)
     return float(value)
-
-
-def plain(value: Any) -> Any:
-    """As JSON has it: None for what is no number."""
-    if isinstance(value, dict):
-        return {name: plain(one) for name, one in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [plain(one) for one in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

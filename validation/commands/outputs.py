@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, TypeVar
 
 import typer
 
-from validation.jobs import is_output, is_stream
+from validation.jobs import finite, is_output, is_stream
 
 if TYPE_CHECKING:
     from lightloc import Observations, PointLights
@@ -99,7 +99,7 @@ def say(what: object, *outputs: Path | None) -> None:
 def tell(text: object, values: object, as_json: bool, quiet: bool, *outputs: Path | None) -> None:
     """Say what came out: as text, as JSON of plain values, or not at all."""
     if not quiet:
-        say(json.dumps(values, indent=1, ensure_ascii=False) if as_json else text, *outputs)
+        say(json.dumps(finite(values), indent=1, ensure_ascii=False) if as_json else text, *outputs)
 
 
 LONGEST = 80  # letters of a word that typer repeats

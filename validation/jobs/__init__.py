@@ -8,6 +8,7 @@ For other rooms, in pipeline order:
 - `write_bytes`: a file that appears whole.
 - `write_text`: the same of text.
 - `write_json`: the same of plain data.
+- `finite`: plain data without what JSON does not have.
 - `read_json`: one JSON object, or a sentence.
 - `made`: when, where and with what a result is made.
 - `Scene`: the type of a function that runs a scene: a name in, a dataclass of plain values out.
@@ -21,6 +22,7 @@ For other rooms, in pipeline order:
 """
 
 from validation.jobs.disk import (
+    finite,
     is_output,
     is_stream,
     read_json,
@@ -40,6 +42,7 @@ __all__ = [
     "write_bytes",
     "write_text",
     "write_json",
+    "finite",
     "read_json",
     "made",
     "Scene",

@@ -8,6 +8,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 OWN = ("search", "paper")
@@ -113,10 +114,25 @@ def function(method: Method) -> Callable[..., Any]:
 
     Raises ValueError where the module has none of that name.
     """
-    if method.file and str(method.file.parent) not in sys.path:
-        sys.path.insert(0, str(method.file.parent))
-    found = getattr(importlib.import_module(method.module), method.function, None)
+    module = loaded(method.file) if method.file else importlib.import_module(method.module)
+    found = getattr(module, method.function, None)
     if not callable(found):
         raise ValueError(f"{method.module} has no function '{method.function}'")
     called: Callable[..., Any] = found
     return called
+
+
+def loaded(file: Path) -> ModuleType:
+    """A file as a module, whatever else goes by its name; one in a package as a part of that."""
+    parts, folder = [file.stem], file.parent
+    while (folder / "__init__.py").is_file():
+        parts, folder = [folder.name, *parts], folder.parent
+    if str(folder) not in sys.path:
+        sys.path.insert(0, str(folder))  # for what it imports itself
+    if len(parts) > 1:
+        return importlib.import_module(".".join(parts))
+    spec = importlib.util.spec_from_file_location(f"solver_{file.stem}", file)
+    assert spec and spec.loader
+    module = sys.modules[spec.name] = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
