@@ -89,7 +89,7 @@ class Law:
 
 
 def arithmetic(B: NDArray[np.float64], mean: float | NDArray[np.float64]) -> NDArray[np.float64]:
-    """(n, c) standard errors of the arithmetic where B is (n, c) with a (c,) mean; or one channel."""
+    """(n, c) standard errors of the arithmetic where B is (n, c), of (c,) means; or one channel."""
     return np.asarray(np.hypot(RELATIVE * B, ABSOLUTE * mean))
 
 
