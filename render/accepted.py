@@ -7,6 +7,7 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
+from render import rough_diffuse
 from render.bitmaps import check_bitmap
 from render.built import bsdf_fault, picture_fault, shape_fault
 from render.instances import expand
@@ -97,8 +98,10 @@ def _leave_out(file: SceneFile) -> None:
 
 
 def _is_known(node: Any) -> bool:
-    known = mi.PluginManager.instance().plugin_type(node.props.plugin_name())
-    return bool(known != mi.ObjectType.Unknown)
+    name = node.props.plugin_name()
+    if name == rough_diffuse.NAME:  # Mitsuba tells of its own plugins alone
+        return bool(node.type == mi.ObjectType.BSDF)
+    return bool(mi.PluginManager.instance().plugin_type(name) != mi.ObjectType.Unknown)
 
 
 def _plain_film(props: Any) -> Any:
@@ -153,6 +156,8 @@ def _check(file: SceneFile, node: Any) -> None:
         why = "a blendbsdf has other than two BSDFs"
     elif kind == "BSDF" and _is_deep(file, node, DEEPEST):
         why = f"BSDFs are nested more than {DEEPEST} deep"
+    elif plugin == rough_diffuse.NAME:
+        why = rough_diffuse.fault(node.props)
     elif plugin == "shapegroup" and not any(part.type.name == "Shape" for part in parts):
         why = f"{_name(node)} is a shape group without a surface"
     if why:

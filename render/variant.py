@@ -8,6 +8,7 @@ from contextlib import contextmanager
 import mitsuba as mi
 
 import lightloc.backend as backend  # first: it chooses the LLVM library
+from render import rough_diffuse
 
 import drjit as dr  # isort: skip
 
@@ -20,6 +21,7 @@ def use_mitsuba() -> None:
     if mi.variant() != wanted:
         mi.set_variant(wanted)
         mi.set_log_level(mi.LogLevel.Error)
+        rough_diffuse.register()
 
 
 @contextmanager

@@ -9,6 +9,7 @@ from pathlib import Path
 import mitsuba as mi
 import numpy as np
 import pytest
+from rooms import tables
 
 import lightloc  # before mitsuba: it chooses the LLVM library
 import render
@@ -128,6 +129,9 @@ BSDFS = {  # with the reason why one is left out
     "bumpmap": (bsdf("bumpmap", picture("arbitrary"), put(scale=0.02), WOOD), ""),
     "normalmap": (bsdf("normalmap", picture("normalmap", "bumps.exr"), WOOD), ""),
     "normalmap over metal": (bsdf("normalmap", picture("normalmap", "bumps.exr"), METAL), ""),
+    "roughdiffuse": (bsdf("roughdiffuse", put(alpha=0.7, reflectance=(0.5, 0.4, 0.3))), ""),
+    "roughdiffuse, textured": (bsdf("twosided", bsdf("roughdiffuse", checks("reflectance"))), ""),
+    "measured": (bsdf("measured", put(filename="cloth_rgb.bsdf")), ""),
     "black": (bsdf("diffuse", put(reflectance=(0.0, 0.0, 0.0))), ""),
 }
 EACH = 24  # observations
@@ -145,6 +149,7 @@ def paint(tmp_path_factory) -> Path:
     bumps = np.full((8, 8, 3), [0.5, 0.5, 1]) + rng.normal(0, 0.05, (8, 8, 3)) * [1, 1, 0]
     with two_threads():
         mi.Bitmap(bumps.astype(np.float32)).write(str(folder / "bumps.exr"))
+    (folder / "cloth_rgb.bsdf").write_bytes(tables.measured())
     grid = rng.uniform(0.1, 0.8, (4, 4, 4, 3)).astype(np.float32)
     mi.VolumeGrid(grid).write(str(folder / "grid.vol"))
     corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])

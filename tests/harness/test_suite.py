@@ -251,7 +251,9 @@ def test_standard_suite_is_complete():
     assert {case.scene for case in cases} == set(render.standard_scenes())
     every = set(itertools.product(("direct", "full"), (0.0, 0.01, 0.05)))
     assert {(case.transport, case.noise) for case in cases} == every
-    assert {case.brdf for case in cases} == {"diffuse", "conductor", "plastic", "mixed"}
+    kinds = {case.brdf for case in cases}
+    assert kinds >= {"diffuse", "conductor", "plastic", "mixed", "rough diffuse", "measured"}
+    assert len(kinds) >= 13
     assert sum(case.gated for case in cases) >= 40
     assert all(case.claim.endswith(".") for case in cases)
     seeds = [case.seed for case in cases]

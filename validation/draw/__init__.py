@@ -7,6 +7,7 @@ For other rooms, in pipeline order. On pages:
 - `slices`: D, L and V on a plane, from fields.npz.
 - `search_curve`: a search's chi-square, step by step.
 - `study_curve`: what a study measured.
+- `unfolded`: values on the walls of a room, laid flat.
 - `embedded`: a figure as JSON that a page holds.
 - `script`: plotly.js, which draws it there.
 - `developed`: a camera's view as a picture.
@@ -38,6 +39,7 @@ In print:
 
 from validation.draw.curves import search_curve, study_curve
 from validation.draw.fields import field, limiters, logarithmic, outline_colours, votes, walls
+from validation.draw.flat import unfolded
 from validation.draw.marks import BLUE, GREEN, RED, Light
 from validation.draw.page import embedded, script
 from validation.draw.planes import slices
@@ -52,6 +54,7 @@ __all__ = [
     "slices",
     "search_curve",
     "study_curve",
+    "unfolded",
     "embedded",
     "script",
     "developed",

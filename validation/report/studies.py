@@ -11,6 +11,7 @@ from jinja2 import Environment
 from validation.draw import embedded, study_curve
 from validation.jobs import write_text
 from validation.records import Document, Row, Scene, read_checked
+from validation.report.cells import write_cells
 from validation.studies import NAMES
 
 FILE = "study.json"
@@ -76,6 +77,7 @@ def write_study_page(
         root=root,
         back=back,
         study=study,
+        cells=write_cells(study, page, pages, root),
         drawn=drawn,
         listed=listed,
         words=_words(study.rows),

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import base64
 import time
 from dataclasses import dataclass, replace
-from functools import cache
 from typing import Literal
 
 import numpy as np
@@ -12,7 +12,7 @@ import numpy as np
 import render
 from lightloc import Geometry, Localization, Observations, PointLights, localize
 from render import Room
-from validation.studies.brdf_rooms import MATERIALS, lit, room_of
+from validation.studies.brdf_rooms import lit, room_of
 from validation.studies.scenes import ONE_PERCENT, parts
 from validation.studies.trial import Trial, judged
 
@@ -33,6 +33,12 @@ class BRDFTrial(Trial):
         Mean over the lights of the intensity's error, percent; None where the count is wrong.
     outside
         Whether a true light is outside four stated standard errors, or not found.
+    true_lights, found_lights
+        A row each: x, y, z and intensity; those found with the standard error of each behind.
+    said
+        What the answer says that it can't tell.
+    walls
+        (n, 5) x, y, z, B and the residual, half floats in base 64; of a cell's first room alone.
     """
 
     rendered: str
@@ -40,14 +46,18 @@ class BRDFTrial(Trial):
     transport: str
     brighter: float | None
     outside: bool
+    true_lights: list[list[float]]
+    found_lights: list[list[float]]
+    said: list[str]
+    walls: str
 
 
 def brdf(name: str) -> BRDFTrial:
     """One seed of a cell: ``ggx3-diffuse-direct-000``."""
     (rendered, assumed, transport), number = parts(name)
-    true, told = _room(rendered), _room(assumed)
+    true, told = room_of(rendered), room_of(assumed)
     rng = np.random.default_rng([SEED, number])
-    room = lit(_room("diffuse"), LIGHTS, rng)  # the same places in every material
+    room = lit(room_of("diffuse"), LIGHTS, rng)  # the same places in every material
     seen = observed(render.relight(true, room.lights), transport, number)
     believed = observed(render.relight(told, room.lights), "direct", number)
     if not np.array_equal(seen.positions, believed.positions):
@@ -65,13 +75,25 @@ def brdf(name: str) -> BRDFTrial:
         transport=transport,
         brighter=brighter(answer, room.lights),
         outside=any(abs(z) > SURE for light in done.z for z in light) if done.z else True,
+        true_lights=np.hstack([room.lights.positions, room.lights.intensities]).tolist(),
+        found_lights=found_lights(answer),
+        said=[verdict.sentence for verdict in answer.verdicts],
+        walls=packed(q, answer) if number == 0 else "",
     )
 
 
-@cache
-def _room(material: str) -> Room:
-    assert material in MATERIALS
-    return room_of(material)
+def found_lights(answer: Localization) -> list[list[float]]:
+    """Of each light x, y, z and intensity, then the standard errors of these."""
+    lights = answer.lights
+    errors = [answer.position_error, answer.intensity_error]
+    return np.hstack([lights.positions, lights.intensities, *errors]).tolist()
+
+
+def packed(q: Observations, answer: Localization) -> str:
+    """(n, 5) x, y, z, B and the residual, half floats in base 64."""
+    B, z = q.radiance.mean(axis=1), answer.residual.mean(axis=1)
+    values = np.column_stack([q.positions, B, z]).astype(np.float16)
+    return base64.b64encode(values.tobytes()).decode()
 
 
 def observed(room: Room, transport: str, seed: int) -> Observations:

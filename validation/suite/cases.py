@@ -34,8 +34,8 @@ class Case(BaseModel):
     name: str = Field(pattern=r"^[A-Za-z0-9_-][A-Za-z0-9._-]*$")  # a folder's name
     scene: str
     claim: str
-    brdf: Literal["diffuse", "conductor", "plastic", "mixed"]
-    parameters: dict[str, float] = {}
+    brdf: str = Field(min_length=1, max_length=40)  # the kind of material, as the report names it
+    parameters: dict[str, float | str] = {}
     find: Literal["point"] | tuple[str, ...] = "point"  # or the ids of the lights to be found
     unit: str | None = None  # of length
     lights: tuple[tuple[float, float, float, float], ...] = ()
@@ -49,7 +49,7 @@ class Case(BaseModel):
     method: str = "search"  # or paper, or a function: module:function or file.py:function
     options: dict[str, Any] = {}  # of lightloc.Options, or of lightloc.Paper
     assumed: str = ""  # a scene of the same shapes, whose materials the search is told
-    assumed_parameters: dict[str, float] = {}
+    assumed_parameters: dict[str, float | str] = {}
     metric: str = ""  # a function of yours: module:function or file.py:function
     metric_most: float | None = None  # what the metric must not exceed
     repeats: int = Field(1, ge=1, le=1000)  # with the seeds that follow
@@ -65,7 +65,8 @@ class Case(BaseModel):
 
     @property
     def alpha(self) -> float | None:
-        return self.parameters.get("alpha")
+        value = self.parameters.get("alpha")
+        return None if isinstance(value, str) else value
 
     @property
     def row(self) -> str:
