@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from lightloc.answer import (
     Assumption,
@@ -18,10 +19,13 @@ from lightloc.answer import (
     among,
     hardly_gathered,
     in_the_unit,
+    out_of_time,
     outliers_of,
     with_unknowns,
 )
 from lightloc.backend import one_blas_thread
+from lightloc.checks import array, number
+from lightloc.deadline import OutOfTimeError, in_time, is_over, within
 from lightloc.diagnosis import astray, diagnosed
 from lightloc.fit import (
     Criterion,
@@ -71,6 +75,7 @@ from lightloc.search import (
     emptied,
     resumed,
     settled,
+    strengths,
     widened,
 )
 
@@ -84,6 +89,9 @@ def localize(
     options: Options | Paper | None = None,
     surface: Surface | None = None,
     indirect: Indirect | int | Literal["gathered"] | None = None,
+    start: PointLights | None = None,
+    fixed: ArrayLike | None = None,
+    seconds: float | None = None,
     seed: int = 0,
     watch: Callable[[Step], None] = lambda step: None,
 ) -> Localization:
@@ -118,6 +126,17 @@ def localize(
         which ``geometry`` then traces (see `Interreflecting`); a function, as
         `render.interreflected` gives it, renders by itself. Where None, it is gathered where that
         works and else rendered if the geometry can; the answer's ``way`` and ``why`` say which.
+    start : PointLights, optional
+        Lights to begin with, for "search" alone: a guess, or those of an earlier answer. They are
+        refined, and searched on from unless they explain all.
+    fixed : (k, 3) array_like, optional
+        Positions of all lights, in the unit of length, for "search" alone, where they are known:
+        only intensities are found then. An answer that a further light would improve says so.
+    seconds : float, optional
+        A budget of time, for "search" alone. Where it is used up, the best lights so far are the
+        answer, and the reason is OUT_OF_TIME: whether the model is right was then not asked. What
+        comes before the search is done in any case: kernels that a machine has never compiled, the
+        light of known emitters, and footnote 1.
     seed : int
         Seed of the sample of observations, of the gathering rays and of the rendered paths; same
         seed, same result.
@@ -133,10 +152,12 @@ def localize(
     ------
     ValueError
         If the method is neither of the two or the options are the other's; if ``bounds`` has
-        another shape, is not finite, or its upper corner is below its lower; if "paper" is given
-        RGB radiance or an unknown sigma; if all observations are saturated; or if interreflected
-        light is to be removed and there is no geometry, or the geometry can't render where that is
-        asked for, the observations are irradiance, or some are saturated.
+        another shape, is not finite, or its upper corner is below its lower; if ``seconds`` is not
+        above 0; if ``fixed`` are not positions or come with a ``start``, or that has other channels
+        than the observations or too many lights; if "paper" is given RGB radiance or an unknown
+        sigma; if all observations are saturated; or if interreflected light is to be removed and
+        there is no geometry, or the geometry can't render where that is asked for, the
+        observations are irradiance, or some are saturated.
 
     Notes
     -----
@@ -159,6 +180,42 @@ def localize(
     ([[0.5, -0.3, 1.2]], 'CONVERGED')
     """
     o = settings(method, options, surface, indirect)
+    if isinstance(o, Paper) and not (start is None and fixed is None and seconds is None):
+        raise ValueError("method 'paper' takes neither start, fixed nor seconds")
+    if start is not None and fixed is not None:
+        raise ValueError("start and fixed are given; expected one of them")
+    places = None if fixed is None else array("fixed", fixed, (None, 3))
+    if seconds is not None:
+        number("seconds", seconds, above=True)
+    if start is not None and isinstance(o, Options) and len(start) > o.most_lights:
+        raise ValueError(f"start has {len(start)} lights; most_lights is {o.most_lights}")
+    if start is not None and start.channels != observations.channels:
+        raise ValueError(
+            f"start has {start.channels} channels, the observations have {observations.channels}"
+        )
+    with within(None if seconds is None else SEARCHING * seconds):
+        return found_by(
+            o, observations, geometry, bounds, surface, indirect, start, places, seed, watch
+        )
+
+
+SEARCHING = 0.85
+"""Of a budget of time, until nothing more is begun: what was begun is then brought to its end."""
+
+
+def found_by(
+    o: Options | Paper,
+    observations: Observations,
+    geometry: Geometry | None,
+    bounds: ArrayLike | None,
+    surface: Surface | None,
+    indirect: Indirect | int | Literal["gathered"] | None,
+    start: PointLights | None,
+    places: NDArray[np.float64] | None,
+    seed: int,
+    watch: Callable[[Step], None],
+) -> Localization:
+    """The lights, as `localize` has them, within the time that there is."""
     measured, limits = looked_at(observations, geometry, o, gathers=may_gather(geometry, indirect))
     used = ~limits.left_out
     rest = remove_known(measured, geometry, seed=seed)
@@ -201,23 +258,29 @@ def localize(
         return answered(found)
 
     def look(region: Region, glance: bool) -> Localization:
-        ground = Ground.of(direct, geometry, region.bounds, o, seed)
+        ground = Ground.of(direct, geometry, region.bounds, o, seed).at(places)
         criterion = Criterion.of(o, ground.chance)
         if glance:
             one = replace(o, most_lights=1)
             return searched(direct, ground, one, criterion, silent, rough=True)
         if not seen.interreflected:
-            return searched(direct, ground, o, criterion, watch)
+            return searched(direct, ground, o, criterion, watch, start)
         if source is None:
-            found = searched(direct, ground, o, criterion.after_removal(), watch, seen=seen)
+            loose = criterion.after_removal()
+            found = searched(direct, ground, o, loose, watch, start, seen=seen)
             return found if shared is None else with_shared(found, ground.whole, shared, o)
-        return by_rounds(seen, direct, ground, o, source, watch)
+        return by_rounds(seen, direct, ground, o, source, watch, start)
 
+    rule = Criterion.of(o).after_removal() if seen.interreflected else Criterion.of(o)
     with one_blas_thread():
-        region, found = widened(look, region, seen, geometry, may=bounds is None)
-        found = best_one(found, direct, geometry, region.bounds, o, seed)
-        rule = Criterion.of(o).after_removal() if seen.interreflected else Criterion.of(o)
-        found = diagnosed(found, direct, geometry, region.bounds, o, rule, seed)
+        region, found = widened(look, region, seen, geometry, may=bounds is None and places is None)
+        with suppress(OutOfTimeError):
+            in_time()
+            if places is None:
+                found = best_one(found, direct, geometry, region.bounds, o, seed)
+                found = diagnosed(found, direct, geometry, region.bounds, o, rule, seed)
+    if is_over():
+        found = out_of_time(found)
     return answered(bordered(found, region))
 
 
@@ -280,6 +343,7 @@ def by_rounds(
     o: Options,
     source: Source,
     watch: Callable[[Step], None],
+    start: PointLights | None = None,
 ) -> Localization:
     """Search a guess at the direct light, then what rendered light leaves.
 
@@ -293,9 +357,9 @@ def by_rounds(
         small, first, sample = ground.of_sample(), direct.at(some), whole.at(some)
     loose = criterion.after_removal()
     # whether the model is wrong shows only once indirect light is rendered
-    found = searched(first, small, o, loose, watch, rough=True, seen=sample)
+    found = searched(first, small, o, loose, watch, start, rough=True, seen=sample)
     if not len(found.lights):  # finding no light at this rough stage is no answer
-        found = searched(direct, ground, o, loose, watch, seen=whole)
+        found = searched(direct, ground, o, loose, watch, start, seen=whole)
 
     def room(q: Observations, ground: Ground, source: Source, rule: Criterion) -> Room:
         own = q.with_radiance(q.radiance, working_sigma(q, o))
@@ -345,6 +409,8 @@ def searched(
         whole = replace(whole, subtracted=Subtracted.between(seen, q))
     enough = SILENT if exact else 0.0
     view = ground.view(whole, o, criterion, watch, enough=enough, rough=rough)
+    if whole.places is not None:
+        return strengths(q, view, whole, whole.places, o)
     if not rough:
         looked = q if ground.some is None else q.at(ground.some)
         view = replace(view, astray=partial(astray, looked, criterion))

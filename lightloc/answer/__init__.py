@@ -30,6 +30,7 @@ For other rooms, in pipeline order:
 - `judged`: an answer with the verdicts that follow from its errors.
 - `with_unknowns`: an answer without the intensities that nothing tells.
 - `hardly_gathered`: an answer for which footnote 1 did not apply.
+- `out_of_time`: the answer of a search that was not finished.
 - `at_border`: an answer some of whose lights lie at the border of the region.
 """
 
@@ -42,6 +43,7 @@ from lightloc.answer.judge import (
     judged,
     localization,
     noise_by,
+    out_of_time,
     with_unknowns,
 )
 from lightloc.answer.outliers import Outliers, Where, outliers_of
@@ -86,5 +88,6 @@ __all__ = [
     "judged",
     "with_unknowns",
     "hardly_gathered",
+    "out_of_time",
     "at_border",
 ]

@@ -183,6 +183,18 @@ def hardly_gathered(found: Localization) -> Localization:
     return replace(found, verdicts=(*found.verdicts, verdict), reason=reason)
 
 
+def out_of_time(found: Localization) -> Localization:
+    """The answer of a search that was not finished, which may claim nothing."""
+    verdicts = tuple(v for v in found.verdicts if v.kind is not Kind.UNEXPLAINED)
+    if len(verdicts) < len(found.verdicts):
+        said = (
+            f"Chi-square is still {found.chi2:.3g} per residual, where noise alone leaves 1: "
+            "the lights, their number and their errors may all change."
+        )
+        verdicts = (Verdict(Kind.UNEXPLAINED, (), said), *verdicts)
+    return replace(found, reason=Reason.OUT_OF_TIME, verdicts=verdicts)
+
+
 def at_border(
     found: Localization, sides: NDArray[np.bool_], bounds: NDArray[np.float64]
 ) -> Localization:

@@ -43,6 +43,9 @@ class Reason(Enum):
     DARK = "No light explains these observations better than darkness, which explains them."
     DARKER = "The published method failed: brighter lights would leave less than no light (B' < 0)."
     NO_VOTES = "The published method failed: no position has a vote."
+    OUT_OF_TIME = (
+        "The time was up; these lights are the best so far, and nothing was asked further."
+    )
     TAKEN = "Another solver found these lights; how sure they are, it does not say."
 
 

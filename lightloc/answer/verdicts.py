@@ -146,19 +146,20 @@ def unexplained(fit: Fit, problem: Problem, tried: int, share: float | None = No
 def uncertain(problem: Problem, lights: PointLights, errors: Bound, o: Options) -> list[Verdict]:
     """Lights whose 95 % interval is wider than `Options` calls known.
 
-    An intensity is measured by itself, or by the brightest channel's where it may well be 0.
+    An intensity is measured by itself, or by the brightest channel's where it may well be 0; by the
+    brightest light's where places were given, at which nothing may shine.
     """
-    verdicts = []
+    verdicts, held = [], problem.places is not None
     for i, (e, dI) in enumerate(zip(errors.position, errors.intensity, strict=True)):
         off = Z95 * float(np.linalg.norm(e))
         I = lights.intensities[i]
-        whole = np.where(Z95 * dI < I, I, I.max())
+        whole = lights.intensities.max() if held else np.where(Z95 * dI < I, I, I.max())
         share = Z95 * float((dI / np.maximum(whole, 1e-300)).max())
         if off > o.sure_position * problem.size or share > o.sure_intensity:
-            said = (
-                f"Light {i + 1} is known to ± {_length(off, problem.unit)} and {_percent(share)} "
-                f"of its intensity (95 %)."
-            )
+            known = f"± {_length(off, problem.unit)} and {_percent(share)} of its intensity"
+            if held:
+                known = f"{_percent(share)} of the brightest intensity"
+            said = f"Light {i + 1} is known to {known} (95 %)."
             verdicts.append(Verdict(Kind.UNCERTAIN, (i,), said))
     return verdicts
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from lightloc.deadline import in_time
 from lightloc.diagnosis.departure import Array, Departure, Evidence, Lit, Modelled
 from lightloc.fit import cauchy, covariance_of
 from lightloc.given import PointLights
@@ -182,6 +183,7 @@ def fitted(
     fall: float = FALL,
 ) -> Joint:
     """Fit both, from lights and unknowns to begin with; the loss narrows as residuals fall."""
+    in_time()
     x, limits = packed(evidence, lights, u), bounds(evidence, lights, departure, len(u))
     width, least = np.inf, evidence.criterion.likelihood.scale
     for _ in range(WIDTHS):

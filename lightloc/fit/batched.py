@@ -171,8 +171,10 @@ class Model:
         """Positions (m, k, 3) and intensities (m, k, c)."""
         k, d, c = self.shape
         x = x @ self.tie.matrix.T if self.tie else x
-        positions = np.tile(self.problem.bounds[0], (len(x), k, 1))
-        positions[:, :, self.problem.axes] = x[:, : k * d].reshape(-1, k, d)
+        held = self.problem.places
+        at = self.problem.bounds[0] if held is None else held
+        positions = np.broadcast_to(at, (len(x), k, 3)).copy()
+        positions[:, :, self.problem.axes] = x[:, : k * d].reshape(len(x), k, d)
         intensities = x[:, k * d :].reshape(-1, k, c)
         return positions, np.exp(intensities) if self.logarithmic else intensities
 
@@ -211,7 +213,8 @@ class Model:
         positions, intensities = self.lights(x)
         m, n = len(x), problem.surfels.n
         S, gradient = slopes(problem.surfels, positions.reshape(m * k, 3), problem.axes)
-        S, gradient = S.reshape(-1, m, k, n), gradient.reshape(-1, d, m, k, n)
+        S = S.reshape(-1, m, k, n)
+        gradient = gradient.reshape(len(S), d, m, k, n)
         if seen.shape[2]:
             V = self.shadowed(positions, seen, turn, taken)
             gradient = gradient * V

@@ -218,6 +218,8 @@ def resolution(problem: Problem, lights: PointLights) -> NDArray[np.float64]:
     standard errors. The worst direction counts; infinite where nothing tells.
     """
     k, d, axes = len(lights), len(problem.axes), problem.axes
+    if not d:
+        return np.full(k, np.nan)
     if not k:
         return np.zeros(0)
     h = NEARBY * problem.size

@@ -20,6 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from lightloc.deadline import is_over
 from lightloc.fit.batched import Indirect, Model, Place, Tie, Unknown
 from lightloc.fit.problem import Problem
 from lightloc.given import PointLights
@@ -163,7 +164,7 @@ def descend(
     exact = EXACT[problem.surfels.double] * float(np.square(problem.radiance / problem.sigma).sum())
     active = np.flatnonzero(here.chi2 > exact)
     for _ in range(steps):
-        if not len(active):
+        if not len(active) or is_over():
             break
         now = here.rows(active)
         tried = damp[active]

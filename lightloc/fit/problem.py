@@ -40,6 +40,8 @@ class Problem:
         By which radiance is rounded; 0 where it is not.
     subtracted
         What is no longer in ``radiance``; nothing where None.
+    places : (k, 3) array, optional
+        Where all lights are held; None where they may move.
     """
 
     surfels: Surfels
@@ -51,6 +53,7 @@ class Problem:
     unit: str = "m"
     step: float = 0.0
     subtracted: Subtracted | None = None
+    places: NDArray[np.float64] | None = None
 
     @staticmethod
     def of(
@@ -77,6 +80,8 @@ class Problem:
     @cached_property
     def axes(self) -> NDArray[np.intp]:
         """The coordinates that lights may move along: two of them in a 2D scene."""
+        if self.places is not None:
+            return np.zeros(0, np.intp)
         size = self.bounds[1] - self.bounds[0]
         return np.flatnonzero(size > 1e-9 * size.max())
 

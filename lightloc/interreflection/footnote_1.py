@@ -9,6 +9,9 @@ and the observations cover most of it.
 
 from __future__ import annotations
 
+import math
+import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,11 +21,13 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from lightloc.backend import types
+from lightloc.deadline import left
 from lightloc.given import Geometry, Observations
 from lightloc.interreflection.gloss import glossiness
 from lightloc.optics import Surfels, cosine_direction, pick, surfels
 
 STRATA = 32  # rays per point are STRATA^2, one in each cell of the hemisphere's unit square
+FEWEST, GATHERING = 8, 0.5  # the same at first, and share of the time left, where time is short
 GROUPS = 8  # independent parts of the rays from which the gather's own error is measured
 NEIGHBOURS = 12  # observations that share in the radiance at a hit
 FLATNESS = 0.25  # a neighbour counts less when this share of the reach off the hit's plane
@@ -155,10 +160,10 @@ def removed(q: Observations, geometry: Geometry, seed: int = 0) -> Removal:
             "render it"
         )
     known, B, cache = q.known_sigma, np.maximum(q.radiance, 0), RadianceCache.of(q)
-    left = left_out(q, cache)
+    unlike = left_out(q, cache)
     signs = np.random.default_rng(seed).choice([-1.0, 1.0], (DRAWS, n, 1))
-    signed = (signs * left).swapaxes(0, 1).reshape(n, -1)
-    mean, rays = _gathered(np.concatenate([B, left, signed], axis=1), q, cache, geometry, seed)
+    signed = (signs * unlike).swapaxes(0, 1).reshape(n, -1)
+    mean, rays = _gathered(np.concatenate([B, unlike, signed], axis=1), q, cache, geometry, seed)
     more, smooth, unseen = mean[:, :c], mean[:, c : 2 * c], mean[:, -c:]
     drawn = np.square(mean[:, 2 * c : -c]).reshape(n, DRAWS, c).mean(axis=1)
     _, near = cache.tree.query(q.positions, k=min(POOL, n))
@@ -219,15 +224,34 @@ def _gathered(
     Returns the mean and its standard error from the rays, (n, m + c) each.
     """
     s, n = surfels(q, geometry), len(q)
-    parts = []
-    rays = STRATA * STRATA
-    rows = max(1, LANES // rays)
-    for first in range(0, n, rows):
-        count = min(rows, n - first)
-        part = _gather(columns, q.channels, s, cache, geometry, first, count, seed)
-        parts.append(part.reshape(count, GROUPS, -1))
-    groups = np.concatenate(parts)
+
+    def each(strata: int) -> NDArray[np.float64]:
+        rows = max(1, LANES // strata**2)
+        parts = []
+        for first in range(0, n, rows):
+            count = min(rows, n - first)
+            part = _gather(columns, q.channels, s, cache, geometry, first, count, seed, strata)
+            parts.append(part.reshape(count, GROUPS, -1))
+        return np.concatenate(parts)
+
+    groups = in_so_many(each)
     return groups.mean(axis=1), groups.std(axis=1, ddof=1) / np.sqrt(GROUPS)
+
+
+def in_so_many(gather: Callable[[int], NDArray[np.float64]]) -> NDArray[np.float64]:
+    """What is gathered in `STRATA`, or in as many as a deadline leaves time for.
+
+    Fewer are tried first then, and four times as many rays take four times as long.
+    """
+    if math.isinf(left()):
+        return gather(STRATA)
+    strata = FEWEST
+    while True:
+        clock = time.monotonic()
+        groups = gather(strata)
+        if strata == STRATA or 4 * (time.monotonic() - clock) > GATHERING * left():
+            return groups
+        strata *= 2
 
 
 def _gather(
@@ -239,18 +263,19 @@ def _gather(
     first: int,
     count: int,
     seed: int,
+    strata: int,
 ) -> NDArray[np.float64]:
     """Mean of f (n . d) L / pdf over each group of rays: (count * GROUPS, m + c)."""
     f = types()
-    rays = STRATA * STRATA
+    rays = strata * strata
     lane = dr.arange(f.UInt32, count * rays)
     i = lane // rays + first
     ray = lane % rays
     group, member = ray // (rays // GROUPS), ray % (rays // GROUPS)
     cell = member * GROUPS + group  # neighbouring strata go to different groups
     random = f.PCG32(size=count * rays, initstate=seed, initseq=lane + first * rays)
-    u = (f.Float(cell % STRATA) + random.next_float32()) / STRATA
-    v = (f.Float(cell // STRATA) + random.next_float32()) / STRATA
+    u = (f.Float(cell % strata) + random.next_float32()) / strata
+    v = (f.Float(cell // strata) + random.next_float32()) / strata
     normal = pick(s.normal, i)
     d = cosine_direction(normal, u, v)
     hit, y = geometry.intersect(pick(s.origin, i), d)

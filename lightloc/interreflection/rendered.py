@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lightloc.checks import number
+from lightloc.deadline import in_time
 from lightloc.given import Geometry, Interreflecting, Observations
 
 Columns = tuple[NDArray[np.float64], NDArray[np.float64]]
@@ -76,6 +77,7 @@ class Paths:
         return replace(self, seen=self.seen.at(rows), samples=min(self.samples, GLANCED))
 
     def _of(self, i: int, p: NDArray[np.float64]) -> Columns:
+        in_time()
         seed = int(np.random.SeedSequence([self.seed, i]).generate_state(1)[0])
         return self.room.interreflection(p[None], self.seen, self.samples, seed)
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from lightloc.answer import Kind, Localization, Reason, Step, Verdict, noise_by
+from lightloc.deadline import OutOfTimeError, is_over
 from lightloc.fit import Law, Problem, estimated_level, law_left, working_sigma
 from lightloc.given import Observations, Options, PointLights
 from lightloc.interreflection.all_light import REFITS, Split, above_zero, straight, together
@@ -84,9 +85,12 @@ def glanced(found: Localization, room: Room, o: Options) -> Localization:
     """
     for _ in range(GLANCES):
         before = found.lights
-        if not len(before):
+        if not len(before) or is_over():
             break
-        H = Rendered.at(room.source, before.positions)
+        try:
+            H = Rendered.at(room.source, before.positions)
+        except OutOfTimeError:
+            break
         split = Split(room.q, straight(room.problem, before), H.around, H.error, o.outlier)
         found = searched_on(split, before, room.search)
         if movement(found, before) < NEAR:
@@ -126,14 +130,17 @@ def rounds(
     H = split = None
     history, moved, far = list(found.history), np.inf, np.zeros(0, bool)
     for turn in range(MOST_ROUNDS):
-        if moved < AT_REST or not len(found.lights):
+        if moved < AT_REST or not len(found.lights) or is_over():
             break
         order = order_like(found.lights, lights)
         lights = PointLights(found.lights.positions[order], found.lights.intensities[order])
-        if H is not None and len(far) == len(lights):
-            H = H.moved(lights.positions, far)
-        else:
-            H = Rendered.at(room.source, lights.positions)
+        try:
+            if H is not None and len(far) == len(lights):
+                H = H.moved(lights.positions, far)
+            else:
+                H = Rendered.at(room.source, lights.positions)
+        except OutOfTimeError:
+            break
         split = Split(room.q, straight(room.problem, lights), H.around, H.error, o.outlier)
         steps = [Step(f"round {turn + 1}", len(lights), found.chi2, turn + 1)]
         if moved > NEAR or (turn < SEARCHED and not explains(found)):

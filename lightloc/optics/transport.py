@@ -164,7 +164,9 @@ def slopes(
             along = [gradient[int(axis)] for axis in axes]
             dr.eval(value, along)
             values.append(_numpy(value, k, s.n))
-            gradients.append(np.stack([_numpy(a, k, s.n) for a in along], axis=1))
+            turned = [_numpy(a, k, s.n)[:, None] for a in along]
+            none = np.zeros_like(values[-1][:, None][:, :0])
+            gradients.append(np.concatenate([none, *turned], axis=1))
     return _joined(values, 1), _joined(gradients, 2)
 
 

@@ -12,6 +12,7 @@ For other rooms, in pipeline order:
 - `settled`: the final refinement on all observations.
 - `above_rounding`: without lights that are no brighter than rounding.
 - `concluded`: the search's answer.
+- `strengths`: the answer where the lights' places are known.
 - `widened`: looks further out where an open side stops a light.
 - `bordered`: says where a light lies at an open side in the end.
 - `best_one`: the light that explains most, where none explain what is lit.
@@ -22,6 +23,7 @@ from lightloc.search.climb import climbed, resumed
 from lightloc.search.conclude import concluded
 from lightloc.search.exact import emptied
 from lightloc.search.ground import Ground
+from lightloc.search.held import strengths
 from lightloc.search.ladder import Ladder
 from lightloc.search.lawful import by_law
 from lightloc.search.polish import sharpened
@@ -40,6 +42,7 @@ __all__ = [
     "settled",
     "above_rounding",
     "concluded",
+    "strengths",
     "widened",
     "bordered",
     "best_one",

@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from lightloc.deadline import is_over
 from lightloc.fit import FIRST_DAMPING, Descents, fit_of, intensities
 from lightloc.given import PointLights
 from lightloc.search.births import places
@@ -53,6 +54,8 @@ def climbed(ladder: Ladder) -> Ladder:
     one, idle = Descents.at(ladder.best.lights), 0
     patience = PATIENCE[view.tight.surfels.double]
     while one.positions.shape[1] < view.most_lights and idle < patience and not ladder.ended:
+        if is_over():
+            return ladder
         z = stage.residuals(one)
         loss = spread_of(z, view.criterion.likelihood.scale)
         found = places(stage, one, z, loss, CANDIDATES)

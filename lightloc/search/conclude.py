@@ -20,6 +20,7 @@ from lightloc.answer import (
     uncounted,
     unexplained,
 )
+from lightloc.deadline import is_over
 from lightloc.fit import Fit, Problem, errors_at, fit_of, level_of, resolution, robust
 from lightloc.given import Observations, Options, PointLights
 from lightloc.search.ladder import Ladder
@@ -32,9 +33,10 @@ def concluded(
     """What a ladder's best, polished over all observations, says of the lights."""
     view, count = ladder.view, len(fit)
     criterion = view.criterion
-    wide = None if view.rough else extended(problem, fit, criterion, o.cluster)
+    brief = view.rough or is_over()
+    wide = None if brief else extended(problem, fit, criterion, o.cluster)
     left = replace(wide.fit, lights=wide.points) if wide else fit
-    peak = np.nan if view.rough else view.certificate(problem, left)[0]
+    peak = np.nan if brief else view.certificate(problem, left)[0]
     if wide is None:
         fit = replace(fit, lights=fit.lights.brightest_first())
         width = np.zeros(len(fit))
@@ -44,7 +46,7 @@ def concluded(
     level = max(1.0, level_of(fit.residual)) if len(lights) else 1.0
     verdicts = [
         *too_few(problem, lights),
-        *mirrored(problem, lights, level, criterion, o),
+        *(() if is_over() else mirrored(problem, lights, level, criterion, o)),
         *hidden(view.dictionary.grid, view.dictionary.unseen, problem.geometry, problem.axes),
         *spread_out(wide.width, problem.unit),
     ]

@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from lightloc.deadline import is_over
 from lightloc.fit import (
     NEARBY,
     Descents,
@@ -62,6 +63,8 @@ def emptied(ladder: Ladder, whole: Problem) -> tuple[Ladder, Problem]:
         return ladder, whole
     starts = [fit for fit in ladder.fits[1:] if level_of(fit.residual) < HOPELESS]
     for fit in sorted(starts, key=lambda fit: fit.cost)[:STARTS]:
+        if is_over():
+            return ladder, whole
         one = exchanged(view, Descents.at(fit.lights))
         if is_nothing(view, one):
             break
@@ -92,7 +95,7 @@ def exchanged(view: View, one: Descents) -> Descents:
     if is_nothing(view, one):
         return one
     stage = Stage(problem, Dictionary.over(problem, view.dictionary.grid), 0.0, view.criterion)
-    while not is_nothing(view, one):
+    while not (is_nothing(view, one) or is_over()):
         z = residuals(problem, one.lights)
         loss = spread_of(z, least)
         found = places(stage, one, z, loss, PLACES)

@@ -73,6 +73,10 @@ class Ground:
         chance = by_chance(sampled, dictionary)
         return Ground(whole, some, sampled, dictionary, is_open, chance)
 
+    def at(self, places: NDArray[np.float64] | None) -> Ground:
+        """The same with all lights held at (k, 3) places; free where None."""
+        return replace(self, whole=replace(self.whole, places=places))
+
     def of_sample(self) -> Ground:
         """The same with the sample as all that there is."""
         if self.some is None:

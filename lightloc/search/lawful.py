@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from lightloc.deadline import is_over
 from lightloc.fit import Criterion, Descents, Fit, Problem, fit_of
 from lightloc.search.climb import climbed
 from lightloc.search.ladder import Ladder
@@ -23,7 +24,7 @@ def by_law(ladder: Ladder) -> Ladder:
     for _ in range(TURNS):
         view, criterion = ladder.view, ladder.view.criterion
         level = np.broadcast_to(criterion.errors(ladder.fits).level, view.tight.sigma.shape)
-        if np.median(np.abs(np.log(level))) < SETTLED:
+        if np.median(np.abs(np.log(level))) < SETTLED or is_over():
             break
         tight = replace(view.tight, sigma=view.tight.sigma * level)
         view = replace(view, tight=tight, criterion=criterion.knowing())

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from lightloc.deadline import is_over
 from lightloc.fit import (
     AT_HAND,
     POLISH_FALL,
@@ -80,6 +81,9 @@ def sharpened(
     steps = THOROUGH[problem.surfels.double]
     wide = spread_of(residuals(problem, start.lights), least)
     for _ in range(SHARPENINGS):
+        if is_over():
+            deep = False
+            break
         loss = max(least, min(loss / 2, wide))
         start = polished(problem, start, loss, steps)
         if loss <= least or np.isinf(loss):
@@ -99,7 +103,7 @@ def pruned(problem: Problem, fit: Fit, criterion: Criterion) -> Fit:
     Only hypotheses that a quick look brings near are refined further.
     """
     loss = criterion.likelihood.scale
-    while len(fit) > 1:
+    while len(fit) > 1 and not is_over():
         errors = criterion.errors([fit])
         own, now = replace(problem, sigma=problem.sigma * errors.level), Descents.at(fit.lights)
         if are_needed(own, now, loss):

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from lightloc.answer import Localization, NoiseLaw, Reason, at_border
 from lightloc.checks import array
+from lightloc.deadline import is_over
 from lightloc.fit import robust
 from lightloc.given import Geometry, Observations, PointLights
 from lightloc.optics import shading
@@ -132,7 +133,7 @@ def widened(
             sides = region.met(found.lights)
             if not sides.any() and (glance or not len(found.lights)):
                 sides = region.open
-            if not sides.any() or found.reason is Reason.DARK:
+            if not sides.any() or found.reason is Reason.DARK or is_over():
                 break
             wider = region.wider(sides, q, geometry)
             other = look(wider, glance)

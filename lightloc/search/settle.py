@@ -6,7 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from lightloc.deadline import is_over
 from lightloc.fit import (
+    Criterion,
     Descents,
     Fit,
     Problem,
@@ -44,9 +46,7 @@ def settled(whole: Problem, ladder: Ladder) -> tuple[Fit, Problem]:
         known = criterion.likelihood.known and not criterion.likelihood.lawful
         whole = whole if known else in_the_dark(whole)
         return no_lights(whole, criterion.likelihood.scale), whole
-    lawful = criterion.likelihood.lawful
-    law = None if lawful else law_of(whole.radiance, whole.sigma)
-    if lawful:
+    if criterion.likelihood.lawful:
         whole = posed_by(fit, whole)
     if view.rough:
         return sharpened(whole, Descents.at(fit.lights), criterion), whole
@@ -58,15 +58,22 @@ def settled(whole: Problem, ladder: Ladder) -> tuple[Fit, Problem]:
             fit = completed(whole, fit, ladder)
     else:
         fit = pruned(whole, sharpened(whole, Descents.at(fit.lights), criterion), criterion)
-    if lawful:
+    return by_its_own(whole, fit, criterion)
+
+
+def by_its_own(whole: Problem, fit: Fit, criterion: Criterion) -> tuple[Fit, Problem]:
+    """Refine a fit by the errors that follow from it, and the problem with these."""
+    likelihood = criterion.likelihood
+    if likelihood.lawful:
         for _ in range(REWEIGHTED):
             whole = replace(whole, sigma=fit.sigma)
-            fit = fit_of(whole, fit.lights, criterion.likelihood.scale)
+            fit = fit_of(whole, fit.lights, likelihood.scale)
             some = criterion.trusted(whole, fit)
             there = sharpened(some, Descents.at(fit.lights), criterion)
-            fit = fit_of(whole, there.lights, criterion.likelihood.scale)
+            fit = fit_of(whole, there.lights, likelihood.scale)
         return fit, whole
-    if criterion.likelihood.known:
+    if likelihood.known:
+        law = law_of(whole.radiance, whole.sigma)
         for _ in range(REWEIGHTED):
             if law is None:
                 break
@@ -105,7 +112,7 @@ def completed(whole: Problem, fit: Fit, ladder: Ladder) -> Fit:
     """Add lights that only all observations together show, where the certificate has its peak."""
     view = ladder.view
     criterion, most = view.criterion, ladder.most or view.most_lights
-    while len(fit) < most:
+    while len(fit) < most and not is_over():
         peak, where = view.certificate(whole, fit)
         if peak**2 < criterion.price(whole):
             return fit

@@ -84,7 +84,12 @@ def box(text: str | None) -> list[list[float]] | None:
 
 
 def asked(
-    method: str, ambient: bool, noise: Noise, free: str | None, false_alarm: float | None
+    method: str,
+    ambient: bool,
+    noise: Noise,
+    free: str | None,
+    false_alarm: float | None,
+    most_lights: int | None = None,
 ) -> Options | None:
     """The options of our own search; what can't be right is named as on the command line."""
     from lightloc import Options
@@ -96,6 +101,7 @@ def asked(
         raise ValueError(f"--free {free}: expected some of albedo, ambient, gamma")
     try:
         o = Options(ambient=ambient, noise=noise.value, free=words)
-        return o if false_alarm is None else replace(o, false_alarm=false_alarm)
+        given: dict[str, Any] = {"false_alarm": false_alarm, "most_lights": most_lights}
+        return replace(o, **{name: x for name, x in given.items() if x is not None})
     except ValueError as error:
         raise ValueError(str(error).replace("Options.false_alarm", "--false-alarm")) from None

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -16,6 +18,7 @@ from validation.commands.outputs import (
     SEED,
     SET,
     UNIT,
+    in_the_unit,
     parameters,
     tell,
     writable,
@@ -23,7 +26,7 @@ from validation.commands.outputs import (
 from validation.jobs import ready, write_json
 
 if TYPE_CHECKING:
-    from lightloc import Localization
+    from lightloc import Localization, Step
     from validation.methods import Method
 
 
@@ -92,6 +95,21 @@ def localize_command(
             "By default 0.001."
         ),
     ] = None,
+    most_lights: Annotated[
+        int | None, typer.Option(min=1, help="Largest number of lights. By default 24.")
+    ] = None,
+    start: Annotated[
+        Path | None,
+        typer.Option(help="Lights to begin with, JSON as this command or `lightloc render` wrote."),
+    ] = None,
+    fixed: Annotated[
+        Path | None,
+        typer.Option(help="Lights whose positions are known, JSON: only intensities are found."),
+    ] = None,
+    seconds: Annotated[
+        float | None,
+        typer.Option(help="Budget of time: the best lights by then are the answer."),
+    ] = None,
     floor: Annotated[
         float | None,
         typer.Option(
@@ -159,29 +177,52 @@ def localize_command(
             f"--method {method}: has no --indirect PATHS, --ambient, --noise scaled or --noise "
             "estimate"
         )
-    if method != "search" and (free is not None or false_alarm is not None):
-        raise ValueError(f"--method {method}: has no --free and no --false-alarm")
-    options = asked(method, ambient, noise, free, false_alarm)
+    for option, value in (
+        ("--free", free),
+        ("--false-alarm", false_alarm),
+        ("--most-lights", most_lights),
+        ("--start", start),
+        ("--fixed", fixed),
+    ):
+        if method != "search" and value is not None:
+            raise ValueError(f"--method {method}: has no {option}")
+    if method == "paper" and seconds is not None:
+        raise ValueError("--method paper: has no --seconds")
+    if seconds is not None and not 0 < seconds < math.inf:
+        raise ValueError(f"--seconds {seconds:g}: expected a number above 0")
+    options = asked(method, ambient, noise, free, false_alarm, most_lights)
     region = box(bounds)
     from validation.commands.progress import Bar
 
-    with Bar("searching", quiet=quiet) as bar:
+    with Bar("searching", seconds, quiet) as bar:
         import render
-        from lightloc import Assumption, localize
+        from lightloc import Assumption, PointLights, localize
 
         hidden = find or "point"
         room = render.load(scene, find=hidden, unit=unit, **parameters(set_)) if scene else None
         seen, said = given.read(room)
         if solver:
-            from validation.methods import Scene, SolverFailed, solved
+            from validation.methods import SECONDS, Scene, SolverFailed, solved
 
             where = Scene(scene, hidden, unit, parameters(set_)) if scene else None
             bar.say(method)
             try:
-                found = solved(solver, seen, room, where, bounds=region, seed=seed)
+                limit = seconds or SECONDS
+                found = solved(solver, seen, room, where, bounds=region, seed=seed, seconds=limit)
             except SolverFailed as failed:
                 raise ValueError(str(failed)) from None
         else:
+            clock = time.monotonic()
+
+            def watch(step: Step) -> None:
+                bar.say(f"{step.action}: {step.lights} lights, chi-square {step.chi2:.3g}")
+                bar.to(time.monotonic() - clock)
+
+            lights = {
+                name: in_the_unit(PointLights.load(file), unit, file)
+                for name, file in (("start", start), ("fixed", fixed))
+                if file is not None
+            }
             found = localize(
                 seen,
                 room.geometry if room else None,
@@ -189,8 +230,11 @@ def localize_command(
                 bounds=region,
                 options=options,
                 indirect=way,
+                start=lights.get("start"),
+                fixed=lights["fixed"].positions if "fixed" in lights else None,
+                seconds=seconds,
                 seed=seed,
-                watch=lambda step: bar.say(f"{step.lights} lights, chi-square {step.chi2:.3g}"),
+                watch=watch,
             )
         write_json(ready(out), found.to_dict())
     lines = [f"{observations[0]}: {said}"] if said else []

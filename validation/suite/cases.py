@@ -53,7 +53,7 @@ class Case(BaseModel):
     metric: str = ""  # a function of yours: module:function or file.py:function
     metric_most: float | None = None  # what the metric must not exceed
     repeats: int = Field(1, ge=1, le=1000)  # with the seeds that follow
-    seconds: float = Field(SECONDS, gt=0)  # that a solver may take
+    seconds: float = Field(SECONDS, gt=0)  # that a solver may take; ours, where a row says so
     memory_mb: int = Field(MEMORY_MB, ge=256)
     gated: bool = True
     closed_form: bool = False  # also judge B itself, in the integrating sphere

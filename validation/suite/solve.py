@@ -84,6 +84,7 @@ def answer(case: Case, seen: Observations, room: Room) -> tuple[Localization, st
             options=settings(case),
             bounds=case.bounds,
             indirect=indirect,
+            seconds=case.seconds if "seconds" in case.model_fields_set else None,
             seed=case.seed,
         )
         return found, ""
