@@ -33,3 +33,10 @@ def test_the_hard_set_keeps_its_rate(tmp_path):
     assert done.returncode == 0, done.stderr
     solved = [bool(scene.record and scene.record["solved"]) for scene in every(tmp_path / "hard")]
     assert len(solved) == 60 and sum(solved) >= SOLVED - LUCK
+
+
+def test_a_diff_of_rendered_runs_names_what_was_injected():
+    """Four of the fifty repetitions that were measured."""
+    script = ROOT / "tests" / "two_runs.py"
+    done = subprocess.run([sys.executable, script, "4"], capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr

@@ -19,6 +19,7 @@ NAMES = (
     "counts",
     "views",
     "brdf",
+    "budget",
 )
 
 GROUPS = {"gauntlet": ("crossed", "faults", "views", "null", "power", "counts")}

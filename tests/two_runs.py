@@ -1,0 +1,67 @@
+"""Whether `lightloc diff` finds what was injected into a rendered run, and nothing else.
+
+Two runs of the quick suite with noise of their own: in the second a light is moved, one that was
+off in the first no longer is, and one search takes three times as long. From the repository's
+folder: ``python tests/two_runs.py 50`` (a quarter of an hour).
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+
+from validation.diff import Kind, changes
+from validation.records import Result
+from validation.suite import read_suite, run_case
+
+NOISE = 0.01
+FAR = 20.0  # of its standard errors, how far a light is moved
+SLOWER = 3.0
+INJECTED = [("five", Kind.WORSE), ("mixed", Kind.SLOWER), ("three", Kind.BETTER)]
+
+
+def a_run(seed: int) -> list[Result]:
+    """The quick suite, rendered and solved with that noise."""
+    _, rows = read_suite("quick")
+    results = []
+    for row in rows:
+        case = row.model_copy(update={"seed": seed, "noise": NOISE, "position_percent": 5.0})
+        with tempfile.TemporaryDirectory() as folder:
+            results.append(Result.model_validate(run_case(case, Path(folder), "")))
+    return results
+
+
+def moved(run: Sequence[Result], name: str) -> None:
+    """Put the first found light of a case off, by `FAR` of its errors along x."""
+    light = next(one for one in run if one.name == name).lights.found[0]
+    light.position[0] += FAR * light.position_error[0]
+
+
+def named(repetition: int) -> list[tuple[str, Kind]]:
+    """What the diff of two such runs names."""
+    before, after = a_run(2 * repetition), a_run(2 * repetition + 1)
+    moved(after, "five")
+    moved(before, "three")
+    slow = next(one for one in after if one.name == "mixed")
+    slow.seconds["localize"] *= SLOWER
+    return [(one.case, one.kind) for one in changes(before, after).changes]
+
+
+def main(repetitions: int) -> int:
+    """Print each repetition that named anything else; how many did."""
+    wrong = 0
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+        for i, found in enumerate(pool.map(named, range(repetitions))):
+            if found != INJECTED:
+                wrong += 1
+                print(i, found, flush=True)
+    print(f"{repetitions - wrong} of {repetitions} named what was injected, and nothing else")
+    return wrong
+
+
+if __name__ == "__main__":
+    sys.exit(bool(main(int(sys.argv[1]) if len(sys.argv) > 1 else 50)))
