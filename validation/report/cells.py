@@ -37,7 +37,7 @@ def write_cells(study: Document, page: Path, pages: Environment, root: str = "")
         if row.name in scenes:
             text = pages.get_template("cell.html.j2").render(
                 root=f"{root}../",
-                back=f"../{page.name}",
+                back=page.name,
                 study=study,
                 row=row,
                 scenes=scenes[row.name],

@@ -174,6 +174,7 @@ STUDY = Study(
             bias("brighter"),
         ),
         Measure("Reasons", "why the searches stopped", tally("reason")),
+        Measure("Says first", "the kind of the first verdict", tally("named")),
         Measure("Median (s)", "of the search on one thread", duration()),
     ),
     label=label,

@@ -33,6 +33,8 @@ class BRDFTrial(Trial):
         Mean over the lights of the intensity's error, percent; None where the count is wrong.
     outside
         Whether a true light is outside four stated standard errors, or not found.
+    named
+        The kind of the first verdict, in words; "nothing" where there is none.
     true_lights, found_lights
         A row each: x, y, z and intensity; those found with the standard error of each behind.
     said
@@ -46,6 +48,7 @@ class BRDFTrial(Trial):
     transport: str
     brighter: float | None
     outside: bool
+    named: str
     true_lights: list[list[float]]
     found_lights: list[list[float]]
     said: list[str]
@@ -75,6 +78,7 @@ def brdf(name: str) -> BRDFTrial:
         transport=transport,
         brighter=brighter(answer, room.lights),
         outside=any(abs(z) > SURE for light in done.z for z in light) if done.z else True,
+        named=answer.verdicts[0].kind.value if answer.verdicts else "nothing",
         true_lights=np.hstack([room.lights.positions, room.lights.intensities]).tolist(),
         found_lights=found_lights(answer),
         said=[verdict.sentence for verdict in answer.verdicts],
