@@ -24,6 +24,7 @@ from validation.jobs import every, write_json
 from validation.jobs.code import needed
 from validation.suite import Cases, read_suite, run_case, run_cases
 from validation.suite.cases import Case
+from validation.suite.solve import answer
 
 LIGHTLOC = Path(sys.executable).with_name("lightloc")
 TRUE = {"position", "intensity"}
@@ -320,3 +321,15 @@ def test_ctrl_c_says_how_to_go_on(tmp_path):
     assert (process.returncode, out) == (130, ""), err
     (line,) = err.splitlines()
     assert re.fullmatch(r"lightloc: stopped with \d of 3 cases; the same command .*", line)
+
+
+@pytest.mark.parametrize(("method", "reason"), [("search", "OUT_OF_TIME"), ("paper", None)])
+def test_a_row_s_seconds_are_a_budget_for_the_search_alone(method, reason):
+    """The published method has none, and takes its time; a row without them has none either."""
+    short, free = rows("short", method=method, seconds=1e-3) + rows("free")
+    room = render.load("box_one")
+    seen = render.observe(room, points=400, transport="direct", noise=0.01)
+    found, gone = answer(short, seen, room)
+    assert not gone
+    assert (found.reason.name == "OUT_OF_TIME") == (reason is not None)
+    assert answer(free, seen, room)[0].reason.name == "CONVERGED"

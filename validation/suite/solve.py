@@ -77,6 +77,7 @@ def answer(case: Case, seen: Observations, room: Room) -> tuple[Localization, st
         if case.rendered:
             spp, seed = case.rendered, case.seed + THIRD_SEED
             indirect = render.interreflected(room, seen, spp=spp, seed=seed)
+        budgeted = case.method == "search" and "seconds" in case.model_fields_set
         found = localize(
             seen,
             room.geometry,
@@ -84,7 +85,7 @@ def answer(case: Case, seen: Observations, room: Room) -> tuple[Localization, st
             options=settings(case),
             bounds=case.bounds,
             indirect=indirect,
-            seconds=case.seconds if "seconds" in case.model_fields_set else None,
+            seconds=case.seconds if budgeted else None,
             seed=case.seed,
         )
         return found, ""
