@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from lightloc.answer import (
     Assumption,
     Localization,
+    Reason,
     Step,
     Way,
     among,
@@ -23,8 +24,9 @@ from lightloc.answer import (
     outliers_of,
     with_unknowns,
 )
+from lightloc.asked import begun, held, looked_at, settings
 from lightloc.backend import one_blas_thread
-from lightloc.checks import array, number
+from lightloc.checks import number
 from lightloc.deadline import OutOfTimeError, in_time, is_over, within
 from lightloc.diagnosis import astray, diagnosed
 from lightloc.fit import (
@@ -39,15 +41,12 @@ from lightloc.fit import (
 )
 from lightloc.given import (
     Geometry,
-    Limits,
     Observations,
     Options,
     PointLights,
-    limits_of,
     remove_known,
 )
 from lightloc.interreflection import (
-    GATHERED,
     Choice,
     Indirect,
     Room,
@@ -134,12 +133,13 @@ def localize(
         only intensities are found then. An answer that a further light would improve says so.
     seconds : float, optional
         A budget of time, for "search" alone. Where it is used up, the best lights so far are the
-        answer, and the reason is OUT_OF_TIME: whether the model is right was then not asked. What
-        comes before the search is done in any case: kernels that a machine has never compiled, the
-        light of known emitters, and footnote 1.
+        answer, and the reason is OUT_OF_TIME: whether the model is right was then not asked.
+        Footnote 1 takes fewer rays where time is short, and is less sure. Not counted are kernels
+        that a machine has never compiled, and the light of known emitters. What comes out then
+        depends on how fast the machine is.
     seed : int
         Seed of the sample of observations, of the gathering rays and of the rendered paths; same
-        seed, same result.
+        seed, same result, unless time was up.
     watch : callable, optional
         Called with each step of the search, as `Localization` keeps it in ``history``.
 
@@ -153,11 +153,11 @@ def localize(
     ValueError
         If the method is neither of the two or the options are the other's; if ``bounds`` has
         another shape, is not finite, or its upper corner is below its lower; if ``seconds`` is not
-        above 0; if ``fixed`` are not positions or come with a ``start``, or that has other channels
-        than the observations or too many lights; if "paper" is given RGB radiance or an unknown
-        sigma; if all observations are saturated; or if interreflected light is to be removed and
-        there is no geometry, or the geometry can't render where that is asked for, the
-        observations are irradiance, or some are saturated.
+        above 0; if ``fixed`` are no positions, or come with a ``start`` or with ``Options.free``;
+        if ``start`` has other channels or another unit than the observations, or too many lights;
+        if "paper" is given RGB radiance or an unknown sigma; if all observations are saturated; or
+        if interreflected light is to be removed and there is no geometry, or the geometry can't
+        render where that is asked for, the observations are irradiance, or some are saturated.
 
     Notes
     -----
@@ -182,17 +182,11 @@ def localize(
     o = settings(method, options, surface, indirect)
     if isinstance(o, Paper) and not (start is None and fixed is None and seconds is None):
         raise ValueError("method 'paper' takes neither start, fixed nor seconds")
-    if start is not None and fixed is not None:
-        raise ValueError("start and fixed are given; expected one of them")
-    places = None if fixed is None else array("fixed", fixed, (None, 3))
+    places = None if fixed is None else held(fixed, start, o)
     if seconds is not None:
         number("seconds", seconds, above=True)
-    if start is not None and isinstance(o, Options) and len(start) > o.most_lights:
-        raise ValueError(f"start has {len(start)} lights; most_lights is {o.most_lights}")
-    if start is not None and start.channels != observations.channels:
-        raise ValueError(
-            f"start has {start.channels} channels, the observations have {observations.channels}"
-        )
+    if start is not None and isinstance(o, Options):
+        start = begun(start, observations, o)
     with within(None if seconds is None else SEARCHING * seconds):
         return found_by(
             o, observations, geometry, bounds, surface, indirect, start, places, seed, watch
@@ -246,8 +240,11 @@ def found_by(
         where = outliers_of(seen, found.noise.outliers, found.lights, geometry)
         found = replace(found, outlying=where)
         told = in_the_unit(among(with_unknowns(found), used), observations)
+        why = choice.why
+        if told.reason is Reason.OUT_OF_TIME and not any(step.turn for step in told.history):
+            why = why if choice.way is Way.GATHERED else ""  # nothing was rendered
         told = replace(
-            told, way=choice.way, why=choice.why, limits=limits, assumed=(*told.assumed, *known)
+            told, way=choice.way, why=why, limits=limits, assumed=(*told.assumed, *known)
         )
         return hardly_gathered(told) if choice.doubtful else told
 
@@ -281,59 +278,7 @@ def found_by(
                 found = diagnosed(found, direct, geometry, region.bounds, o, rule, seed)
     if is_over():
         found = out_of_time(found)
-    return answered(bordered(found, region))
-
-
-def settings(
-    method: str,
-    options: Options | Paper | None,
-    surface: Surface | None,
-    indirect: Indirect | int | str | None,
-) -> Options | Paper:
-    """The method's options; raises ValueError where something belongs to the other method."""
-    if method not in METHODS:
-        raise ValueError(f"method is '{method}'; expected 'search' or 'paper'")
-    o = options or METHODS[method]()
-    if not isinstance(o, METHODS[method]):
-        raise ValueError(f"method '{method}' takes {METHODS[method].__name__} as its options")
-    if isinstance(indirect, str) and indirect != GATHERED:
-        raise ValueError(
-            f"indirect is {indirect!r}; expected a number of paths, a function or 'gathered'"
-        )
-    if isinstance(o, Paper) and indirect not in (None, GATHERED):
-        raise ValueError("method 'paper' renders no interreflected light; leave out indirect")
-    if isinstance(o, Options) and surface is not None:
-        raise ValueError("method 'search' takes no surface")
-    return o
-
-
-def looked_at(
-    observations: Observations, geometry: Geometry | None, o: Options | Paper, gathers: bool
-) -> tuple[Observations, Limits]:
-    """The observations that the sensor could tell, and which it could not.
-
-    Where nobody knows the noise, their values are asked too; but not where footnote 1 gathers from
-    all of them.
-    """
-    if not isinstance(observations, Observations):
-        raise ValueError(f"observations are a {type(observations).__name__}; not Observations")
-    if geometry is not None and not isinstance(geometry, Geometry):
-        raise ValueError(
-            f"geometry is a {type(geometry).__name__}; expected one with the functions visible and "
-            "intersect, such as render.load(...).geometry"
-        )
-    unknown = observations.sigma is None or observations.relative_sigma
-    look = isinstance(o, Options) and (unknown or o.noise != "given")
-    limits = limits_of(observations, look and not (observations.interreflected and gathers))
-    used = ~limits.left_out
-    if not used.any():
-        raise ValueError(
-            "all observations are saturated or at the sensor's floor; expected at least one that "
-            "is not"
-        )
-    if limits.step != observations.step:
-        observations = replace(observations, step=limits.step)
-    return observations if used.all() else observations.at(used), limits
+    return answered(found if places is not None else bordered(found, region))
 
 
 def by_rounds(
@@ -379,9 +324,6 @@ def by_rounds(
 
 def silent(step: Step) -> None:
     """Tells nobody."""
-
-
-METHODS: dict[str, type[Options] | type[Paper]] = {"search": Options, "paper": Paper}
 
 
 SILENT = 0.03

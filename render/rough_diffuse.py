@@ -1,8 +1,8 @@
 """Rough diffuse reflection, by Oren and Nayar, as the BSDF ``roughdiffuse``, which Mitsuba 3 lacks.
 
-It takes what Mitsuba 0.6's takes: ``reflectance``, the facets' albedo, a colour or a texture; and
-``alpha``, the root mean square of their slopes. The facets' orientations then deviate by
-``alpha / sqrt(2)`` radians about any one axis.
+As in Mitsuba 0.6, ``reflectance`` is the facets' albedo, a colour or a texture, and ``alpha``, here
+a number, the root mean square of their slopes: their orientations deviate by ``alpha / sqrt(2)``
+radians about any one axis.
 """
 
 from __future__ import annotations

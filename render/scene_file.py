@@ -23,6 +23,7 @@ SOURCE = re.compile(r"\[\w+\.(?:cpp|h):\d+\]\s*|\[[A-Z][A-Za-z]*\]\s*")  # a pla
 PLACE = re.compile(r"(?:Error while loading|While loading|At) (.+?) \(line (\d+), col \d+\): ")
 SYNTAX = re.compile(r'Parsing of XML file "(.+?)" failed: (.*) \(line (\d+), col \d+\)$')
 WHOLE = re.compile(r'Error while loading XML file "(.+?)": ')
+RAISED = re.compile(r"^(?:\w+\.)*\w*Error: ")
 LONG = re.compile(r'"([^"/]{80})[^"/]{20,}"')  # a value that is repeated, but no path
 PLUGIN = re.compile(r'^failed to instantiate (\w+) plugin of type "(\w+)": ')
 
@@ -202,6 +203,9 @@ def one_line(message: str) -> str:
     >>> one_line("[Plugin.cpp:3] no such\\n  thing \\x01")
     'no such thing \\\\x01'
     """
+    _, raised, last = message.rpartition("Traceback (most recent call last)")
+    if raised:  # in a BSDF of ours
+        message = message[: -len(raised + last)] + RAISED.sub("", last.strip().splitlines()[-1])
     text = printable(" ".join(SOURCE.sub("", message).split()))
     return LONG.sub(r'"\1..."', text)
 

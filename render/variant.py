@@ -12,6 +12,9 @@ from render import rough_diffuse
 
 import drjit as dr  # isort: skip
 
+_REGISTERED: set[str] = set()
+"""Variants that know the BSDFs of ours."""
+
 VARIANTS = {backend.LLVM: "llvm_ad_rgb", backend.CUDA: "cuda_ad_rgb"}
 
 
@@ -21,7 +24,9 @@ def use_mitsuba() -> None:
     if mi.variant() != wanted:
         mi.set_variant(wanted)
         mi.set_log_level(mi.LogLevel.Error)
+    if wanted not in _REGISTERED:
         rough_diffuse.register()
+        _REGISTERED.add(wanted)
 
 
 @contextmanager

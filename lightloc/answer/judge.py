@@ -30,6 +30,9 @@ from lightloc.given import Limits, Observations, Options, PointLights
 RARE = 0.00135
 """Chance that a Gaussian error exceeds `MARGIN`; of any error at all, where sigma is estimated."""
 
+MUCH = 1.5
+"""Chi-square per residual that is said of a search that was not finished."""
+
 MARGIN = 3.0
 """Standard errors on top of B before D bounds an intensity: one in a thousand B is lower still."""
 
@@ -187,10 +190,10 @@ def out_of_time(found: Localization) -> Localization:
     """The answer of a search that was not finished, which may claim nothing."""
     verdicts = tuple(v for v in found.verdicts if v.kind is not Kind.UNEXPLAINED)
     if len(verdicts) < len(found.verdicts):
-        said = (
-            f"Chi-square is still {found.chi2:.3g} per residual, where noise alone leaves 1: "
-            "the lights, their number and their errors may all change."
-        )
+        said = "The lights, their number and their errors may all change."
+        if found.chi2 > MUCH:
+            level = f"Chi-square is still {found.chi2:.3g} per residual, where noise alone leaves 1"
+            said = f"{level}: {said[0].lower()}{said[1:]}"
         verdicts = (Verdict(Kind.UNEXPLAINED, (), said), *verdicts)
     return replace(found, reason=Reason.OUT_OF_TIME, verdicts=verdicts)
 

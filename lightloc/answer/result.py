@@ -210,8 +210,11 @@ class Localization:
     def possible(self) -> tuple[int, ...]:
         """The numbers of lights that the observations allow, with a probability of 95 %.
 
-        One more than are found where that is undecided and one of them may be several.
+        One more than are found where that is undecided and one of them may be several. None where
+        the time was up: it was not asked.
         """
+        if self.reason is Reason.OUT_OF_TIME:
+            return ()
         explained = self.reason in (Reason.CONVERGED, Reason.UNDECIDED, Reason.EXTENDED)
         allowed = {len(count.lights) for count in self.counts if count.allowed and explained}
         allowed |= {len(self.lights)}

@@ -172,6 +172,8 @@ def together(
     errors : Bound
         Their standard errors.
     """
+    if problem.places is not None:  # in the order of what was rendered for each
+        problem = replace(problem, places=lights.positions)
     for _ in range(REFITS):
         split = replace(split, straight=straight(problem, lights))
         _, noise = normal(split, lights, problem)

@@ -15,6 +15,7 @@ from lightloc.answer import (
     Verdict,
     judged,
     localization,
+    too_few,
     unexplained,
 )
 from lightloc.fit import Descents, Problem, errors_at, intensities
@@ -37,7 +38,7 @@ def strengths(
     fit, whole = by_its_own(whole, fit, criterion)
     fit = replace(fit, lights=fit.lights.brightest_first())
     peak, where = view.certificate(whole, fit)
-    verdicts, reason = [], Reason.CONVERGED
+    verdicts, reason = too_few(whole, fit.lights), Reason.CONVERGED
     if not criterion.is_explained(whole, fit):
         reason = Reason.NO_GAIN
         verdicts.append(unexplained(fit, whole, tried=len(fit)))

@@ -12,9 +12,12 @@ import pytest
 
 import render
 from lightloc import Irradiance, Observations, PointLights, Reason, radiance
+from validation.jobs.code import fingerprint
 from validation.judge import compare
 from validation.methods import Method, Scene, SolverFailed, function, solved
 from validation.methods.answer import MOST_LIGHTS, answered, taken
+from validation.studies.solver import by
+from validation.studies.table import command
 from validation.suite import by_methods, read_suite
 
 LIGHTLOC = Path(sys.executable).with_name("lightloc")
@@ -277,3 +280,55 @@ def test_a_row_has_a_metric_repeats_options_and_assumed_materials(tmp_path):
     assert rougher["search"]["reason"] != "converged"
     assert cases["other_shapes"]["outcome"] == "crashed"
     assert "has other shapes than 'box_one'" in cases["other_shapes"]["why"][-1]
+
+
+ROOMS = """
+import numpy as np
+def solve(q, geometry, seed=0):
+    return np.array([[0.5, 0.5, 0.0]]), np.array([1.0 + seed])
+def nothing(q, geometry):
+    return None
+"""
+
+
+def test_a_study_s_rooms_are_solved_by_any_solver(tmp_path):
+    """The study of a solver has its name, its title, its command, and its answers."""
+    from validation.studies.many import STUDY
+
+    (tmp_path / "mine.py").write_text(ROOMS)
+    method = Method.of("mine.py:solve", tmp_path)
+    study = by(STUDY, method)
+    assert (study.name, study.title) == ("many--mine", f"{STUDY.title}, by mine")
+    assert command(study, 3) == f"lightloc study many --method {method.said} --scenes 3"
+    record = study.one("lights-8-000")
+    assert record.found == 1 and record.reason == "TAKEN" and not record.solved
+    assert STUDY.one("lights-8-000").solved  # ours, after that, as before
+
+
+def test_a_study_s_solver_that_returns_no_lights_fails_that_scene(tmp_path):
+    from validation.studies.many import STUDY
+
+    (tmp_path / "mine.py").write_text(ROOMS)
+    study = by(STUDY, Method.of("mine.py:nothing", tmp_path))
+    with pytest.raises(ValueError, match="it returned a NoneType; expected positions"):
+        study.one("lights-8-000")
+
+
+def test_a_study_by_another_solver_is_another_s_record(tmp_path):
+    """A solver's file that changed is run again; records of ours are not taken for its own."""
+    from validation.studies.many import STUDY
+
+    file = tmp_path / "mine.py"
+    file.write_text(ROOMS)
+    study = by(STUDY, Method.of("mine.py:solve", tmp_path))
+    first = fingerprint(study.one, "lights-8-000")
+    assert first == fingerprint(study.one, "lights-8-000") != fingerprint(STUDY.one)
+    file.write_text(ROOMS + "\n# changed\n")
+    assert fingerprint(study.one, "lights-8-000") != first
+
+
+def test_a_study_of_what_our_answers_say_takes_no_other_solver(refuses):
+    from validation.studies.null import STUDY
+
+    with refuses("--method: the study null is of our own search alone"):
+        by(STUDY, Method("paper"))

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+
 import mitsuba as mi
 import numpy as np
 import pytest
@@ -99,6 +102,7 @@ def test_a_roughness_that_is_none_is_refused_in_one_sentence(tmp_path, refuses):
     for inside, said in (
         ('<float name="alpha" value="-1"/>', "alpha is -1; expected a finite number, at least 0"),
         ('<texture name="alpha" type="checkerboard"/>', "the alpha of a roughdiffuse is no number"),
+        ('<rgb name="reflectance" value="3"/>', "Invalid RGB reflectance"),
         ('<float name="sigma" value="1"/>', "the bsdf 'roughdiffuse' has no property 'sigma'"),
     ):
         file = tmp_path / "room.xml"
@@ -108,4 +112,14 @@ def test_a_roughness_that_is_none_is_refused_in_one_sentence(tmp_path, refuses):
         )
         with refuses(str(file)) as refused:
             render.load(file)
-        assert said in str(refused.value)
+        assert said in str(refused.value) and "Traceback" not in str(refused.value)
+
+
+def test_is_known_whoever_set_mitsuba_s_variant():
+    """Also where a user has, before `render` is imported."""
+    code = (
+        "import lightloc, mitsuba as mi; mi.set_variant('llvm_ad_rgb'); import render; "
+        "print(render.load('box_kinds', material='rough_diffuse').name)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.stdout.strip() == "box_kinds", done.stderr

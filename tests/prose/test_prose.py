@@ -1,9 +1,10 @@
 """Prose that runs: docstring examples, the pages' blocks, and the table of symbols.
 
-On a page (the README, CONTRIBUTING.md and the book's chapters) fenced ``python`` blocks run one
-after another, as one reader would type them; in ``console`` blocks the lines that begin with
-``$ lightloc`` run, in a folder of their own. What begins otherwise is left to readers. The symbol
-table is the Markdown table that begins ``| letter | name | file |``.
+On a page (the README, CONTRIBUTING.md, the book's chapters and its guides) fenced ``python`` blocks
+run one after another, as one reader would type them; in ``console`` blocks the lines that begin
+with ``$ lightloc`` run, in a folder of the page's own. What begins otherwise is left to readers. A
+``text``, ``toml`` or ``xml`` block whose first line is a comment with a file's name is written into
+that folder first. The symbol table is the Markdown table that begins ``| letter | name | file |``.
 """
 
 from __future__ import annotations
@@ -29,12 +30,15 @@ import render
 import validation
 
 ROOT = Path(__file__).parents[2]
-PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+GUIDES = [ROOT / "docs" / "start.md", *sorted((ROOT / "docs" / "guides").glob("*.md"))]
+OTHERS = [path for path in sorted((ROOT / "docs").glob("*.md")) if path not in GUIDES]
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *OTHERS, *GUIDES]
 METHOD = (ROOT / "docs" / "method.md").read_text()
 WORDS = 900  # most of the README: one page
 PACKAGES = (lightloc, render, validation)
 FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 RUNS_FOR = 300  # seconds at most for one shell line
+NAMED = r"^```(?:text|toml|xml)\n((?:# |<!-- )([\w-]+\.\w+)(?: -->)?\n.*?)^```"
 SYMBOLS = re.compile(r"\| *letter *\| *name *\| *file *\|.*\n\|[-| :]+\|\n((?:\|.*\n?)+)")
 
 
@@ -54,6 +58,11 @@ def blocks(page: Path, language: str) -> list[str]:
     """A page's fenced blocks in a language."""
     fenced = rf"^```{language}\n(.*?)^```"
     return re.findall(fenced, page.read_text(), flags=re.MULTILINE | re.DOTALL)
+
+
+def files(text: str) -> dict[str, str]:
+    """What stands in a page's blocks that name a file in their first line, by that name."""
+    return {name: body for body, name in re.findall(NAMED, text, re.M | re.S)}
 
 
 def commands(text: str) -> list[str]:
@@ -125,23 +134,6 @@ WITH_PYTHON = [page for page in PAGES if blocks(page, "python")]
 SHELL = [(page, c) for page in PAGES for b in blocks(page, "console") for c in commands(b)]
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("page", WITH_PYTHON, ids=lambda page: page.name)
-def test_python_blocks(page, tmp_path):
-    """A page's Python blocks run, in order, in a process of their own at the project's root."""
-    script = tmp_path / "page.py"
-    script.write_text("\n".join(blocks(page, "python")))
-    done = subprocess.run(
-        [sys.executable, str(script)],
-        cwd=ROOT,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        timeout=RUNS_FOR,
-    )
-    assert done.returncode == 0, done.stderr[-2000:]
-
-
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory) -> Callable[[Path], Path]:
     """A folder a page: a later line may read what an earlier one wrote."""
@@ -150,9 +142,31 @@ def folder(tmp_path_factory) -> Callable[[Path], Path]:
     def make(page: Path) -> Path:
         made = tmp_path_factory.mktemp(page.stem)
         (made / "scenes").symlink_to(ROOT / "scenes")
+        for name, text in files(page.read_text()).items():
+            (made / name).write_text(text)
         return made
 
     return make
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", WITH_PYTHON, ids=lambda page: page.name)
+def test_python_blocks(page, folder, tmp_path):
+    """A page's Python blocks run, in order, in a process of their own.
+
+    A guide's run in its folder, those of other pages at the project's root.
+    """
+    script = tmp_path / "page.py"
+    script.write_text("\n".join(blocks(page, "python")))
+    done = subprocess.run(
+        [sys.executable, str(script)],
+        cwd=folder(page) if page in GUIDES else ROOT,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        timeout=RUNS_FOR,
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
 
 
 @pytest.mark.slow
@@ -175,6 +189,23 @@ def test_shell_lines_are_found():
         ["lightloc", "validate", "--case", "a", "--out", "b"],
         ["lightloc", "-h"],
     ]
+
+
+def test_every_guide_runs():
+    """Each page of the guides but the list of them has something that runs."""
+    with_console = {page for page, _ in SHELL}
+    silent = [page.name for page in GUIDES if page not in with_console | set(WITH_PYTHON)]
+    assert silent == ["index.md"]
+
+
+def test_files_are_found():
+    """Only a block that names a file in its first line is one."""
+    text = "```toml\n# a.toml\nb = 1\n```\n\n```toml\n[c]\n```\n\n"
+    text += "```xml\n<!-- my_room.xml -->\n<scene/>\n```\n"
+    assert files(text) == {
+        "a.toml": "# a.toml\nb = 1\n",
+        "my_room.xml": "<!-- my_room.xml -->\n<scene/>\n",
+    }
 
 
 def test_symbol_table():

@@ -67,7 +67,7 @@ def test_an_answer_whenever_time_is_up(occluder, direct, ticks, end):
     assert found.position_error.shape == (len(found.lights), 3)
     low, high = occluder.bounds
     assert ((found.lights.positions >= low) & (found.lights.positions <= high)).all()
-    assert "time was up" in str(found)
+    assert "time was up" in str(found) and found.possible == ()
     assert ticks() < end + 60  # what was begun is brought to its end, and nothing else is begun
 
 
@@ -82,15 +82,21 @@ def test_what_is_not_explained_yet_is_said_to_change(occluder, direct, ticks):
     found = localize(direct, occluder.geometry, seconds=ENDS[0])
     said = [v.sentence for v in found.verdicts if v.kind is Kind.UNEXPLAINED]
     assert len(said) == 1 and said[0].startswith("Chi-square is still ")
+    unknown = direct.with_radiance(direct.radiance, None)
+    for end in ENDS:
+        said = [v.sentence for v in localize(unknown, occluder.geometry, seconds=end).verdicts]
+        assert not any("nan" in sentence or "still 0" in sentence for sentence in said)
 
 
 @pytest.mark.parametrize("end", ENDS)
 def test_rendering_ends_in_time_too(metal, ticks, end):
     """An answer at each end, also between the renderings of two lights."""
     room, q = metal
-    found = localize(q, room.geometry, indirect=16, seconds=end)
+    found = localize(q, room.geometry, seconds=end)
     assert found.reason is Reason.OUT_OF_TIME
     assert np.isfinite(found.lights.positions).all()
+    rendered = any(step.turn for step in found.history)
+    assert ("rendered for the lights found" in str(found)) == rendered
 
 
 @pytest.mark.parametrize("noise", ["scaled", "estimate"])

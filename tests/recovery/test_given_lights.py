@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -107,14 +108,44 @@ def test_behind_occluders_with_all_light_and_unknown_noise(occluder, noise):
     assert (found.intensity_error < free.intensity_error).all()
 
 
-def test_among_metal_walls_where_indirect_light_is_rendered(load):
+@pytest.mark.parametrize("order", [[0, 1, 2], [1, 0, 2], [2, 1, 0], [1, 2, 0]])
+def test_among_metal_walls_where_indirect_light_is_rendered(load, order):
+    """Whichever lamp is named first, each keeps what was rendered for it."""
     room = load("box_conductor", alpha=0.3)
     q = render.observe(room, points=600, spp=256, seed=2, noise=0.01)
     truth = room.lights.brightest_first()
-    found = localize(q, room.geometry, fixed=room.lights.positions, indirect=128)
+    found = localize(q, room.geometry, fixed=room.lights.positions[order], indirect=128)
+    assert np.array_equal(found.lights.positions, truth.positions)
     z = (found.lights.intensities - truth.intensities) / found.intensity_error
-    assert np.abs(z).max() < 4
+    assert np.abs(z).max() < 4 and found.reason is Reason.CONVERGED
     assert found.way.name == "RENDERED" and not found.position_error.any()
+
+
+def test_a_lamp_that_is_off_is_dark_among_metal_walls_too(load):
+    """Named first, it takes nothing of the others' interreflected light."""
+    room = load("box_conductor", alpha=0.3)
+    q = render.observe(room, points=600, spp=256, seed=2, noise=0.01)
+    places = np.vstack([[[3.0, 2.0, 2.0]], room.lights.positions])
+    found = localize(q, room.geometry, fixed=places, indirect=64)
+    off = np.flatnonzero((found.lights.positions == places[0]).all(axis=1))
+    assert found.lights.intensities[off, 0] < 4 * found.intensity_error[off, 0] < 4.0
+
+
+@pytest.mark.parametrize("noise", ["given", "scaled", "estimate"])
+def test_as_many_lamps_as_observations_are_too_many(rng, noise):
+    """Two values leave nothing that tells their noise."""
+    few = lit(LIGHTS, 0.01, rng).at([0, 1])
+    found = localize(few, fixed=LIGHTS.positions, options=Options(noise=noise), bounds=REGION)
+    assert found.reason not in (Reason.CONVERGED, Reason.EXTENDED)
+    assert any(v.kind is Kind.TOO_FEW for v in found.verdicts)
+
+
+def test_a_lamp_far_above_an_open_floor_needs_no_wider_bounds(rng):
+    """Its place is known: no border says anything of it."""
+    high = PointLights([[0.0, 0.0, 30.0], [0.5, 0.5, 1.0]], [2000.0, 5.0])
+    found = localize(lit(high, 0.01, rng), fixed=high.positions)
+    z = (found.lights.intensities - high.intensities) / found.intensity_error
+    assert np.abs(z).max() < 4 and found.reason is Reason.CONVERGED
 
 
 def test_in_two_dimensions_and_in_colour(rng):
@@ -140,6 +171,8 @@ def test_a_start_is_refined(occluder):
     found, free = (localize(q, occluder.geometry, start=begun) for begun in (near, None))
     assert found.reason is free.reason is Reason.CONVERGED
     assert np.abs(found.lights.positions - free.lights.positions).max() < free.position_error.max()
+    assert found.history[0].action == "start"
+    assert not any(step.action == "add" for step in found.history)
 
 
 def test_a_start_that_is_wrong_is_searched_on_from(occluder):
@@ -148,6 +181,14 @@ def test_a_start_that_is_wrong_is_searched_on_from(occluder):
     wrong = PointLights(occluder.bounds.mean(axis=0, keepdims=True), [30.0])
     found = localize(q, occluder.geometry, start=wrong)
     assert len(found.lights) == 3 and found.reason is Reason.CONVERGED
+    assert [step.action for step in found.history[:2]] == ["start", "add"]
+
+
+def test_an_earlier_answer_with_an_unseen_channel_is_a_start(rng):
+    """Its intensities are unknown there, and begin dark."""
+    unseen = PointLights(LIGHTS.positions, [[10.0], [np.nan]])
+    found = localize(lit(LIGHTS, 0.01, rng), start=unseen, bounds=REGION)
+    assert len(found.lights) == 2 and np.isfinite(found.lights.intensities).all()
 
 
 def test_what_cannot_be_meant_is_refused(rng, refuses):
@@ -161,6 +202,14 @@ def test_what_cannot_be_meant_is_refused(rng, refuses):
         localize(q, fixed=[[0.0, 0.0, np.nan]])
     with refuses("fixed has"):
         localize(q, fixed=[0.0, 0.0, 1.0])
+    with refuses("fixed has no positions"):
+        localize(q, fixed=np.zeros((0, 3)))
+    with refuses("fixed and free=('albedo',) are given"):
+        localize(q, fixed=LIGHTS.positions, options=Options(free=("albedo",)))
+    with refuses("start is a list"):
+        localize(q, start=[[0.0, 0.0, 1.0]])
+    with refuses("start is in cm, the observations are in m"):
+        localize(replace(q, unit="m"), start=replace(LIGHTS, unit="cm"))
     for given in ({"start": LIGHTS}, {"fixed": LIGHTS.positions}, {"seconds": 3.0}):
         with refuses("method 'paper' takes neither"):
             localize(q, method="paper", **given)

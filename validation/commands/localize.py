@@ -26,7 +26,7 @@ from validation.commands.outputs import (
 from validation.jobs import ready, write_json
 
 if TYPE_CHECKING:
-    from lightloc import Localization, Step
+    from lightloc import Localization, Observations, PointLights, Step
     from validation.methods import Method
 
 
@@ -219,7 +219,7 @@ def localize_command(
                 bar.to(time.monotonic() - clock)
 
             lights = {
-                name: in_the_unit(PointLights.load(file), unit, file)
+                name: of_the_same_unit(in_the_unit(PointLights.load(file), unit, file), seen, file)
                 for name, file in (("start", start), ("fixed", fixed))
                 if file is not None
             }
@@ -246,6 +246,15 @@ def localize_command(
     text = "\n".join([*lines, str(found), *counted(found)])
     tell(text, found.to_dict(), json, quiet, out)
     raise typer.Exit(SURE if found.reason.name in BELIEVED else UNSURE)
+
+
+def of_the_same_unit(lights: PointLights, seen: Observations, file: Path) -> PointLights:
+    """Lights whose lengths are those of the observations."""
+    from lightloc import units
+
+    if units.UNKNOWN not in (lights.unit, seen.unit) and lights.unit != seen.unit:
+        raise ValueError(f"{file} is in {lights.unit}, the observations are in {seen.unit}")
+    return lights
 
 
 def named(method: str) -> Method | None:

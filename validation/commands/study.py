@@ -32,6 +32,13 @@ def study_command(
         typer.Option(min=1, max=100, help="Scenes per row; by default the study's own."),
     ] = None,
     row: Annotated[list[str], typer.Option(help="Run this row only, e.g. noisy-5.")] = [],  # noqa: B006
+    method: Annotated[
+        str | None,
+        typer.Option(
+            help="A solver in our search's place: paper, or a function of yours, as "
+            "module:function or file.py:function."
+        ),
+    ] = None,
     jobs: Annotated[int, typer.Option(min=0, help="Scenes at a time; 0: one per core.")] = 0,
     dask: Annotated[
         str | None, typer.Option(help="A Dask scheduler to run on, e.g. tcp://10.0.0.1:8786.")
@@ -51,8 +58,13 @@ def study_command(
     name = list(dict.fromkeys(each for one in name for each in GROUPS.get(one, (one,))))
     if dask is not None and jobs:
         raise ValueError(f"--jobs {jobs}: the cluster at --dask {dask} has its own workers")
-    writable(*(out / one / file for one in name for file in FILES))
     studies = [find(one) for one in name]
+    if method is not None:
+        from validation.methods import Method
+        from validation.studies.solver import by
+
+        studies = [by(study, Method.of(method, Path.cwd())) for study in studies]
+    writable(*(out / study.name / file for study in studies for file in FILES))
     for asked in row:
         known = {row_of(scene) for study in studies for scene in study.names(1)}
         if asked not in known:

@@ -15,7 +15,7 @@ from typing import Any
 
 OURS = ("validation", "render")
 BELOW = ("drjit", "mitsuba", "numpy", "scipy")  # whose versions may change a result
-SCENE_FILES = ("xml", "ply")
+SCENE_FILES = ("xml", "ply", "png", "bsdf")
 
 
 def fingerprint(scene: Callable[[str], Any] | None = None, name: str = "") -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import inspect
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -18,6 +20,7 @@ from lightloc import (
     Reason,
     radiance,
 )
+from validation.methods.named import Method, function
 
 MOST_LIGHTS = 200
 """That are judged: of more, no user could look at each."""
@@ -150,6 +153,27 @@ def answered(q: Observations, fields: dict[str, Any], geometry: Geometry | None)
         ),
         limits=Limits(nothing, nothing),
     )
+
+
+def called(
+    method: Method, q: Observations, geometry: Geometry | None, **offered: Any
+) -> Localization:
+    """What a solver finds, in this process; of what is offered it gets what it has names for.
+
+    Raises ValueError where it returns no lights.
+    """
+    solve = function(method)
+    fields = taken(solve(q, geometry, **asked(solve, **offered)), q.channels)
+    return answered(q, fields, geometry)
+
+
+def asked(solve: Callable[..., Any], **offered: Any) -> dict[str, Any]:
+    """What of this a solver has a parameter for, by its name."""
+    try:
+        names = inspect.signature(solve).parameters
+    except (TypeError, ValueError):
+        return {}
+    return {name: value for name, value in offered.items() if name in names}
 
 
 def no_answer(q: Observations) -> Localization:

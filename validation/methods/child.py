@@ -6,15 +6,12 @@ sentence.
 
 from __future__ import annotations
 
-import inspect
 import json
 import os
 import sys
 import threading
 import traceback
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 MEGABYTE = 1 << 20
 
@@ -32,7 +29,7 @@ def main(folder: Path) -> None:
     drjit.set_thread_count(job["threads"])
     import render
     from lightloc import Observations
-    from validation.methods.answer import taken
+    from validation.methods.answer import asked, taken
     from validation.methods.named import Method, function
 
     q, room = Observations.load(folder / "observations.npz"), None
@@ -73,15 +70,6 @@ def limited(megabytes: int) -> None:
         resource.setrlimit(resource.RLIMIT_DATA, (megabytes * MEGABYTE, megabytes * MEGABYTE))
     except (ImportError, ValueError, OSError):
         pass
-
-
-def asked(solve: Callable[..., Any], **offered: Any) -> dict[str, Any]:
-    """What of this the solver has a parameter for, by its name."""
-    try:
-        names = inspect.signature(solve).parameters
-    except (TypeError, ValueError):
-        return {}
-    return {name: value for name, value in offered.items() if name in names}
 
 
 def failed(folder: Path, error: BaseException, own: str) -> None:

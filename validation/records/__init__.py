@@ -4,7 +4,7 @@ For other rooms, in pipeline order:
 
 - `SCHEMA`: the version of every file.
 - `UNKNOWN`: a unit of length of which nobody has said which it is.
-- `UNEXPLAINED`: reasons of answers that say that they do not explain the data.
+- `UNEXPLAINED`: reasons of answers that say that they do not explain the data, or were cut short.
 - `Made`: when and with what something was made.
 - `MadeOn`: the same, and on what machine.
 - `TrueLight`: a light of the scene.

@@ -42,7 +42,7 @@ def write_cells(study: Document, page: Path, pages: Environment, root: str = "")
                 row=row,
                 scenes=scenes[row.name],
                 figures=drawn(scenes[row.name]),
-                command=f"{study.command.split(' --')[0]} --row {row.name}",
+                command=f"{study.command} --row {row.name}",
             )
             write_text(page.parent / folder / f"{row.name}.html", text)
     return folder
@@ -77,7 +77,7 @@ def drawn(scenes: Sequence[Scene]) -> list[tuple[str, str]]:
 
 def each(scene: Scene, field: str) -> enumerate[list[float]]:
     """The lights of a record, numbered from 1."""
-    return enumerate(scene.get(field), start=1)
+    return enumerate(scene.get(field) or [], start=1)
 
 
 def text(kind: str, number: int, light: Sequence[float]) -> str:

@@ -182,4 +182,5 @@ STUDY = Study(
     doubt=doubt,
     together=True,
     heat=heat,
+    solvers=True,
 )

@@ -10,10 +10,11 @@ from typing import Literal
 import numpy as np
 
 import render
-from lightloc import Geometry, Localization, Observations, PointLights, localize
+from lightloc import Geometry, Localization, Observations, PointLights
 from render import Room
 from validation.studies.brdf_rooms import lit, room_of
 from validation.studies.scenes import ONE_PERCENT, parts
+from validation.studies.solver import found
 from validation.studies.trial import Trial, judged
 
 SEED = 60_601
@@ -67,7 +68,7 @@ def brdf(name: str) -> BRDFTrial:
         raise ValueError("the two rooms are observed at other points")
     q = replace(seen, material=believed.material)
     clock = time.perf_counter()
-    answer = localize(q, told.geometry, seed=number)
+    answer = found(q, told.geometry, seed=number)
     seconds = time.perf_counter() - clock
     own: Geometry = told.geometry
     done = judged(name, answer, q, room.lights, own, seconds=seconds, diagonal=float(room.diagonal))

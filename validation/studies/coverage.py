@@ -148,4 +148,5 @@ STUDY = Study(
     doubt=doubt,
     together=True,
     curve=curve,
+    solvers=True,
 )

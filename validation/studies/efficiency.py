@@ -154,5 +154,6 @@ def study(
         label=lambda row: f"{letter} = {row.removeprefix(letter)}",
         said=said,
         doubt=doubt,
+        solvers=True,
         curve=curve_along(axis, values),
     )

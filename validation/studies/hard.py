@@ -103,4 +103,5 @@ STUDY = Study(
     said=said,
     doubt=doubt,
     together=True,
+    solvers=True,
 )

@@ -128,4 +128,5 @@ STUDY = Study(
     doubt=doubt,
     together=True,
     curve=curve,
+    solvers=True,
 )

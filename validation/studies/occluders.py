@@ -117,4 +117,5 @@ STUDY = Study(
     doubt=doubt,
     together=True,
     curve=curve,
+    solvers=True,
 )

@@ -62,6 +62,8 @@ class Study:
         Whether a last row is over all scenes.
     curve
         The drawing, None where there is nothing to draw.
+    solvers
+        Whether any solver may be asked in our search's place.
     heat
         Maps of the rows by two of their names; none where they have no two.
     """
@@ -78,6 +80,7 @@ class Study:
     doubt: Callable[[Fields], str | None]
     together: bool = False
     curve: Callable[[Sequence[Row], Sequence[Ended]], Curve | None] = lambda rows, scenes: None
+    solvers: bool = False
     heat: Callable[[Sequence[Ended]], list[Heat]] = lambda scenes: []
 
 

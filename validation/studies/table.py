@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from itertools import compress
+from shlex import quote
 from typing import TYPE_CHECKING, Any
 
 from validation.jobs import Ended
@@ -20,7 +21,10 @@ CRASHED = "crashed"
 def command(study: Study, per_row: int) -> str:
     """What repeats it; without the number of scenes where it is the study's own."""
     more = "" if per_row == study.per_row else f" --scenes {per_row}"
-    return f"lightloc study {study.name}{more}"
+    method = getattr(study.one, "method", None)
+    if method is not None:
+        more = f" --method {quote(method.said)}{more}"
+    return f"lightloc study {study.name.partition('--')[0]}{more}"
 
 
 def document(

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lightloc import Geometry, Localization, Observations, PointLights, cramer_rao, localize
+from lightloc import Geometry, Localization, Observations, PointLights, cramer_rao
 from validation.judge import Comparison, Tolerance, compare, is_solved, within
+from validation.studies.solver import found
 
 SIDE = 1.0  # of every room, metres
 DIAGONAL = math.sqrt(2) * SIDE  # of its floor: the judge's scale
@@ -122,7 +123,7 @@ def trial(
         Corners of what may hold lights, metres; the `bounds` of `localize`.
     """
     clock = time.perf_counter()
-    answer = localize(q, geometry, bounds=region)
+    answer = found(q, geometry, bounds=region)
     seconds = time.perf_counter() - clock
     return judged(
         name,

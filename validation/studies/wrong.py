@@ -114,4 +114,5 @@ STUDY = Study(
     label=lambda row: LABELS[row],
     said=said,
     doubt=doubt,
+    solvers=True,
 )
