@@ -133,8 +133,8 @@ STUDY = Study(
     name="budget",
     title="A budget of time",
     question="How many rooms of three dimensions are solved in 1, 3 and 10 s, with one to eight "
-    "lights, 1 % noise, unknown in every second room, and 4 000 observations? A budget should be kept to 10 %, on an idle "
-    "machine, and an answer that was cut short should say so.",
+    "lights, 1 % noise, unknown in every second room, and 4 000 observations? A budget should be "
+    "kept to 10 %, on an idle machine, and an answer that was cut short should say so.",
     per_row=20,
     names=names,
     one=budget,
