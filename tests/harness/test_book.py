@@ -30,8 +30,9 @@ PATHS = re.compile(r'<path class="arrow[^>]*data-from="(\w+)" data-to="(\w+)"')
 
 
 def built(source: Path, out: Path) -> subprocess.CompletedProcess[str]:
-    """What `make docs` runs, into a folder of its own."""
+    """What `make docs` runs, into a folder of its own; the gallery's scripts run in any case."""
     command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html"]
+    command += ["-D", "sphinx_gallery_conf.run_stale_examples=True"]
     return subprocess.run(
         [*command, source, out], cwd=ROOT, capture_output=True, text=True, timeout=300
     )
@@ -84,10 +85,21 @@ def test_a_warning_ends_the_build(tmp_path):
     for file in DOCS.glob("*.py"):
         shutil.copy(file, tmp_path)
     shutil.copytree(DOCS / "_static", tmp_path / "_static")
+    (tmp_path / "gallery").mkdir()
+    shutil.copy(DOCS / "gallery" / "GALLERY_HEADER.rst", tmp_path / "gallery")
     (tmp_path / "index.md").write_text("# Index\n\n[gone](gone.md)\n")
     done = built(tmp_path, tmp_path / "_build")
     assert done.returncode != 0
     assert "gone" in done.stderr
+
+
+@pytest.mark.parametrize("script", sorted((DOCS / "gallery").glob("*.py")), ids=lambda s: s.stem)
+def test_a_script_of_the_gallery_makes_a_picture(book, script):
+    """Each has a page with what it draws, and no other file to download than itself."""
+    page = (book / "drawn" / f"{script.stem}.html").read_text()
+    assert "sphx-glr-single-img" in page
+    assert f"{script.name}</span>" in page
+    assert not re.search(r"\.zip|\.ipynb|binder\.org|running time", page)
 
 
 @pytest.mark.parametrize("package", PACKAGES)
