@@ -233,6 +233,7 @@ def weighed(
     if first and may_be_lamps(evidence, joints):
         lamps = lamps_found(evidence)
         joints += [*lamps, *as_panels(evidence, lamps)]
+    joints = [one for one in joints if len(one.lights) <= most]
     joints += spread(evidence, best_of(evidence, joints), sets)
     best = grown(evidence, joints, most)
     if best.departure is not None:

@@ -62,12 +62,12 @@ def departure(
 
     def said(u: Array, e: Array) -> str:
         sides, errors = (2 * np.linalg.norm(a.reshape(-1, d - 1, d), axis=2) for a in (u, e))
-        what = "panels, each" if name == PANELS else "patches, each"
+        one, many = ("a panel", "panels") if name == PANELS else ("a patch", "patches")
         parts = [
             f"light {i} of {' x '.join(f'{a:.2g}' for a in side)} (± {error.max():.1g}) {unit}"
             for i, (side, error) in enumerate(zip(sides, errors, strict=True), 1)
         ]
-        what = what if len(parts) > 1 else what.removesuffix("s, each").join(["a ", ""])
+        what = one if len(parts) == 1 else f"{many}, each"
         return f"no points shine here but {what}: {', '.join(parts)}"
 
     return Departure(

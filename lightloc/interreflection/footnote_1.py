@@ -33,30 +33,42 @@ NEIGHBOURS = 12  # observations that share in the radiance at a hit
 FLATNESS = 0.25  # a neighbour counts less when this share of the reach off the hit's plane
 DRAWS = 4  # of signs for the error of the interpolation
 POOL = 16  # neighbours whose errors of interpolation are pooled
+ALIKE = 0.7  # cosine between normals of neighbours on one surface
 NEAR = 2.0  # reaches within which an observation tells what a surface sends
+SLIP, BENT = 0.01, 4.0  # reaches that a hit may be off an observation's plane, to be told by it;
+# and of what its neighbours are: at twice their distance a curved surface is off by four times that
 GLOSS = 0.15  # error of the indirect light, as a share of what is reflected by direction (measured)
 LANES = 1 << 21
 
 
 @dataclass(frozen=True)
 class RadianceCache:
-    """The observed radiance, looked up by place: cells of space with their nearest observations."""
+    """The observed radiance, looked up by place: cells of space with their nearest observations.
+
+    ``slack`` (n,) is how far off its plane an observation tells what a surface sends: nothing is
+    told of a lamp or a pane that is mounted on a wall, whose neighbours all lie in one plane.
+    """
 
     lower: NDArray[np.float64]
     step: float
     shape: NDArray[np.int64]
     reach: float
     tree: cKDTree
+    slack: NDArray[np.float64]
 
     @staticmethod
     def of(q: Observations) -> RadianceCache:
-        tree = cKDTree(q.positions)
-        near, _ = tree.query(q.positions, k=min(NEIGHBOURS, len(q)))
-        reach = float(np.median(np.atleast_2d(near)[:, -1]))  # usual radius of that many
+        tree, n = cKDTree(q.positions), len(q)
+        far, near = (a.reshape(n, -1) for a in tree.query(q.positions, k=min(NEIGHBOURS, n)))
+        reach = float(np.median(far[:, -1]))  # usual radius of that many
+        off = np.einsum("ni,nki->nk", q.normals, q.positions[near] - q.positions[:, None])
+        alike = np.einsum("ni,nki->nk", q.normals, q.normals[near]) > ALIKE
+        bent = np.abs(off * alike).max(axis=1)
+        slack = np.minimum(SLIP * reach + BENT * bent, FLATNESS * reach)
         step = max(reach / 2, q.diagonal / 512)
         lower, upper = q.bounds + np.array([[-step], [step]])
         shape = np.ceil((upper - lower) / step).astype(np.int64)
-        return RadianceCache(lower, step, shape, reach, tree)
+        return RadianceCache(lower, step, shape, reach, tree, slack)
 
     def cell(self, y: Any) -> Any:
         f = types()
@@ -191,7 +203,7 @@ def is_told(
     _, near = cache.tree.query(y, k=min(NEIGHBOURS, len(q)))
     near = near.reshape(len(y), -1)
     away = y[:, None] - q.positions[near]
-    off = np.abs(np.einsum("mki,mki->mk", q.normals[near], away)) < FLATNESS * cache.reach
+    off = np.abs(np.einsum("mki,mki->mk", q.normals[near], away)) < cache.slack[near]
     close = np.linalg.norm(away, axis=2) < NEAR * cache.reach
     faces = np.einsum("mki,mi->mk", q.normals[near], d) < 0
     return np.asarray((off & close & faces).any(axis=1))
@@ -284,11 +296,12 @@ def _gather(
     cells, row = np.unique(np.array(at), return_inverse=True)
     near = f.UInt32(cache.neighbours(cells).ravel())
     first_near = f.UInt32(row.astype(np.uint32)) * NEIGHBOURS
+    slack = f.Float(cache.slack.astype(np.float32))
     sent = [f.Float(column.astype(np.float32)) for column in columns.T]
     light, weights, seen = [f.Float(0) for _ in sent], f.Float(0), f.Bool(False)
     for k in range(NEIGHBOURS):
         j = dr.gather(f.UInt32, near, first_near + k)
-        w, told = _kinship(s, cache, j, y, d)
+        w, told = _kinship(s, cache, dr.gather(f.Float, slack, j), j, y, d)
         weights += w
         seen |= told
         light = [
@@ -308,7 +321,9 @@ def _gather(
     return np.stack([np.array(m, np.float64) for m in means], axis=-1)
 
 
-def _kinship(s: Surfels, cache: RadianceCache, j: Any, y: Any, d: Any) -> tuple[Any, Any]:
+def _kinship(
+    s: Surfels, cache: RadianceCache, slack: Any, j: Any, y: Any, d: Any
+) -> tuple[Any, Any]:
     """How much observation j tells of the surface at y, met by a ray along d; whether it is near.
 
     It must face the ray; it counts less with distance, and much less off the hit's plane, which
@@ -317,7 +332,8 @@ def _kinship(s: Surfels, cache: RadianceCache, j: Any, y: Any, d: Any) -> tuple[
     away = y - pick(s.x, j)
     normal = pick(s.normal, j)
     near = dr.square(dr.rcp(1e-3 + dr.squared_norm(away) / cache.reach**2))
-    off = dr.dot(normal, away) / (FLATNESS * cache.reach)
+    above = dr.dot(normal, away)
+    off = above / (FLATNESS * cache.reach)
     faces, apart = dr.dot(normal, d) < 0, dr.squared_norm(away)
-    told = faces & (apart < (NEAR * cache.reach) ** 2) & (dr.abs(off) < 1)
+    told = faces & (apart < (NEAR * cache.reach) ** 2) & (dr.abs(above) < slack)
     return dr.select(faces, near * dr.exp(-dr.square(off)) + 1e-12, 0), told

@@ -115,7 +115,8 @@ def unoccluded_slope(s: Surfels, i: Any, p: Any) -> tuple[Any, list[Any]]:
     """S(q_i, p) with V = 1 and its gradient in p: a Float or an Array3f, and three of them.
 
     In closed form where the material has one; else by reverse automatic differentiation, once a
-    channel. The gradient is 0 where S is.
+    channel. The gradient is 0 where S is, and where S is finite and it is not: that of a BRDF of
+    somebody else's may be none along an edge.
     """
     x, normal, w = pick(s.x, i), pick(s.normal, i), pick(s.w, i)
     if s.slope:
@@ -131,7 +132,8 @@ def unoccluded_slope(s: Surfels, i: Any, p: Any) -> tuple[Any, list[Any]]:
         slope = dr.grad(here)
         value = dr.detach(value)
         values.append(value)
-        gradients.append([dr.select(value > 0, a, 0) for a in slope])
+        beyond = ~dr.isfinite(value)  # a light on the observation itself
+        gradients.append([dr.select((value > 0) & (dr.isfinite(a) | beyond), a, 0) for a in slope])
     if channels == 1:
         return values[0], gradients[0]
     colour = type(p)

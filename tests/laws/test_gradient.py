@@ -115,3 +115,29 @@ def test_a_gradient_one_percent_off_is_seen(facing, eps):
     brdf = Conductor(alpha=0.4, eta=1.2, k=7.0)
     q = away(facing(Skewed(brdf), LIGHT))
     assert check_gradient(q, LIGHT, step=STEP) > tolerance(q, 0.4, eps)
+
+
+@dataclass(frozen=True)
+class Edge:
+    """A BRDF whose derivative is none along an edge: the root of how far n . l is above 0.6."""
+
+    channels: int = 1
+
+    def bind(self, n: int) -> Any:
+        def scatter(i: Any, normal: Any, l: Any, w: Any) -> Any:
+            cosine = dr.dot(normal, l)
+            return cosine * (1 + dr.sqrt(dr.maximum(cosine - 0.6, 0)))
+
+        return scatter
+
+
+def test_where_a_brdf_has_no_derivative_the_gradient_is_finite():
+    """On the edge and below it, where automatic differentiation finds 0 times infinity."""
+    x = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [3.0, 0.0, 0.0]])
+    up = np.tile([0.0, 0.0, 1.0], (3, 1))
+    q = lightloc.Observations(
+        positions=x, normals=up, directions=up, radiance=np.zeros(3), material=Edge()
+    )
+    S, gradient = shading_gradient(q, [[0.0, 0.0, 1.0]])
+    assert (S > 0).all() and np.isfinite(gradient).all()
+    assert gradient[0].any()  # above the edge it is what it is

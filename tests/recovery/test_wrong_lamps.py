@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from lightloc import Kind, Lambert, Observations, Options, Reason, localize
+from lightloc import Kind, Lambert, Observations, Options, PointLights, Reason, localize, radiance
 
 ALBEDO = 0.6
 SIZE = np.array([4.0, 3.0, 2.5])
@@ -150,3 +150,16 @@ def test_darkness_is_dark(noise, rng):
     q = seen(np.ones(POINTS), 0.01, rng)
     dark = q.with_radiance(0.01 * rng.normal(size=(POINTS, 1)), 0.01)
     assert localize(dark, options=Options(noise=noise)).reason is Reason.DARK
+
+
+def test_no_more_lamps_than_lights_are_allowed():
+    """Two points, of which one may be found: three lamps would explain them, and are not claimed."""
+    rng = np.random.default_rng(1)
+    x = rng.uniform(-2, 2, (600, 3)) * [1, 1, 0]
+    up = np.tile([0.0, 0.0, 1.0], (600, 1))
+    floor = {"positions": x, "normals": up, "directions": up, "material": Lambert(albedo=0.5)}
+    dark = Observations(radiance=np.zeros(600), **floor)
+    B = radiance(dark, PointLights([[0.5, -0.3, 1.2], [-1.0, 0.8, 1.5]], [10.0, 6.0]))
+    q = dark.with_radiance(B * rng.normal(1, 0.01, B.shape), 0.01 * B)
+    found = localize(q, bounds=[[-2, -2, 0.1], [2, 2, 2.5]], options=Options(most_lights=1))
+    assert len(found.lights) == 1 and found.reason is Reason.MOST_LIGHTS
