@@ -43,7 +43,7 @@ def begun(start: PointLights, q: Observations, o: Options) -> PointLights:
         raise ValueError(f"start has {len(start)} lights; most_lights is {o.most_lights}")
     if start.channels != q.channels:
         raise ValueError(f"start has {start.channels} channels, the observations have {q.channels}")
-    if units.UNKNOWN not in (start.unit, q.unit) and start.unit != q.unit:
+    if units.is_other(start.unit, q.unit):
         raise ValueError(f"start is in {start.unit}, the observations are in {q.unit}")
     return replace(start, intensities=np.nan_to_num(start.intensities))  # unseen: as if dark
 

@@ -188,8 +188,9 @@ def hardly_gathered(found: Localization) -> Localization:
 
 def out_of_time(found: Localization) -> Localization:
     """The answer of a search that was not finished, which may claim nothing."""
-    verdicts = tuple(v for v in found.verdicts if v.kind is not Kind.UNEXPLAINED)
-    if len(verdicts) < len(found.verdicts):
+    left = [v for v in found.verdicts if v.kind is Kind.UNEXPLAINED]
+    verdicts = tuple(v for v in found.verdicts if v.kind not in (Kind.UNEXPLAINED, Kind.COUNT))
+    if left:
         said = "The lights, their number and their errors may all change."
         if found.chi2 > MUCH:
             level = f"Chi-square is still {found.chi2:.3g} per residual, where noise alone leaves 1"

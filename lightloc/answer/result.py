@@ -39,6 +39,7 @@ class Reason(Enum):
     NO_GAIN = (
         "The model does not explain the data: a residual is left that no further light reduces."
     )
+    MISFIT = "The lights at the given positions do not explain the data."
     MOST_LIGHTS = "The maximum number of lights was reached, and a residual is left."
     DARK = "No light explains these observations better than darkness, which explains them."
     DARKER = "The published method failed: brighter lights would leave less than no light (B' < 0)."

@@ -60,6 +60,7 @@ class Kind(Enum):
     MIRROR = "the mirror image of a light would look the same"
     BORDER = "a light lies at the border of the region that was searched"
     UNSEEN = "nothing is seen in a channel, so that an intensity is unknown"
+    UNLIT = "a light whose position was given is not seen to shine"
     HIDDEN = "a light in some part of the region would reach no observation"
 
 

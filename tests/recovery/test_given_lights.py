@@ -73,16 +73,21 @@ def test_a_lamp_that_is_off_is_dark(rng):
     places = np.vstack([LIGHTS.positions, [[1.5, 1.5, 1.0]]])
     found = localize(lit(LIGHTS, 0.01, rng), fixed=places, bounds=REGION)
     assert len(found.lights) == 3 and found.reason is Reason.CONVERGED
+    assert [v.lights for v in found.verdicts if v.kind is Kind.UNLIT] == [(2,)]
     dark = found.lights.intensities[2, 0]
     assert 0 <= dark < 4 * found.intensity_error[2, 0] < 0.1
     assert np.array_equal(found.lights.positions[2], places[2])
 
 
 def test_a_lamp_that_was_forgotten_is_missed(rng):
-    """The model does not explain what is seen then, and it says so."""
+    """The model does not explain what is seen then: it says where a light is missing."""
     found = localize(lit(LIGHTS, 0.01, rng), fixed=LIGHTS.positions[:1], bounds=REGION)
-    assert found.reason is Reason.NO_GAIN
-    assert any(v.kind is Kind.UNEXPLAINED for v in found.verdicts)
+    assert found.reason is Reason.MISFIT
+    (said,) = (v.sentence for v in found.verdicts if v.kind is Kind.UNEXPLAINED)
+    where = np.array(said.split("(")[1].split(")")[0].split(","), float)
+    assert np.linalg.norm(where - LIGHTS.positions[1]) < 0.4
+    off = np.abs(found.lights.intensities - 10.0) / found.intensity_error
+    assert off.max() < 10  # errors as large as what is left
 
 
 def test_a_faint_lamp_that_was_forgotten_is_missed_where_chi_square_says_nothing(rng):
@@ -90,7 +95,7 @@ def test_a_faint_lamp_that_was_forgotten_is_missed_where_chi_square_says_nothing
     faint = PointLights([*LIGHTS.positions.tolist(), [1.9, -1.9, 0.2]], [10.0, 6.0, 0.02])
     found = localize(lit(faint, 0.01, rng), fixed=LIGHTS.positions, bounds=REGION)
     assert found.chi2 < 1.2
-    assert found.reason is Reason.NO_GAIN
+    assert found.reason is Reason.MISFIT
     assert found.verdicts[0].sentence.startswith("A further light would explain more, best at (1.")
 
 

@@ -153,7 +153,7 @@ def test_darkness_is_dark(noise, rng):
 
 
 def test_no_more_lamps_than_lights_are_allowed():
-    """Two points, of which one may be found: three lamps would explain them, and are not claimed."""
+    """Of two points one may be found: three lamps would explain them, and are not claimed."""
     rng = np.random.default_rng(1)
     x = rng.uniform(-2, 2, (600, 3)) * [1, 1, 0]
     up = np.tile([0.0, 0.0, 1.0], (600, 1))

@@ -23,10 +23,13 @@ from validation.commands.outputs import (
     tell,
     writable,
 )
-from validation.jobs import ready, write_json
+from validation.jobs import read_json, ready, write_json
 
 if TYPE_CHECKING:
-    from lightloc import Localization, Observations, PointLights, Step
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from lightloc import Localization, Step
     from validation.methods import Method
 
 
@@ -218,11 +221,6 @@ def localize_command(
                 bar.say(f"{step.action}: {step.lights} lights, chi-square {step.chi2:.3g}")
                 bar.to(time.monotonic() - clock)
 
-            lights = {
-                name: of_the_same_unit(in_the_unit(PointLights.load(file), unit, file), seen, file)
-                for name, file in (("start", start), ("fixed", fixed))
-                if file is not None
-            }
             found = localize(
                 seen,
                 room.geometry if room else None,
@@ -230,8 +228,8 @@ def localize_command(
                 bounds=region,
                 options=options,
                 indirect=way,
-                start=lights.get("start"),
-                fixed=lights["fixed"].positions if "fixed" in lights else None,
+                start=None if start is None else in_the_unit(PointLights.load(start), unit, start),
+                fixed=None if fixed is None else plan(fixed, seen.unit),
                 seconds=seconds,
                 seed=seed,
                 watch=watch,
@@ -248,13 +246,32 @@ def localize_command(
     raise typer.Exit(SURE if found.reason.name in BELIEVED else UNSURE)
 
 
-def of_the_same_unit(lights: PointLights, seen: Observations, file: Path) -> PointLights:
-    """Lights whose lengths are those of the observations."""
+def plan(file: Path, unit: str) -> NDArray[np.float64]:
+    """(k, 3) positions of the lights in a file, in a unit of length; intensities need not be there.
+
+    Raises ValueError where it has none, or in no unit that can be converted.
+    """
+    import numpy as np
+
     from lightloc import units
 
-    if units.UNKNOWN not in (lights.unit, seen.unit) and lights.unit != seen.unit:
-        raise ValueError(f"{file} is in {lights.unit}, the observations are in {seen.unit}")
-    return lights
+    try:
+        content = read_json(file)
+        own = str(content.get("unit", "m"))
+        positions = np.array([row["position"] for row in content["lights"]], float)
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        if str(error).startswith(f"{file}: "):
+            raise
+        raise ValueError(
+            f'{file}: has no positions; expected {{"unit": "m", "lights": [{{"position": '
+            "[x, y, z]}, ...]}"
+        ) from None
+    if not units.is_other(own, unit):
+        return positions
+    factor = units.conversion(own, unit)
+    if factor is None:
+        raise ValueError(f"{file} is in {own}, the observations are in {unit}")
+    return np.asarray(positions * factor)
 
 
 def named(method: str) -> Method | None:

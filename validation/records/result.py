@@ -11,7 +11,7 @@ from validation.records.part import Count, Made, Part, Real, Reals, Vector
 UNKNOWN = "unit"
 """A scene's unit of length of which nobody has said which it is."""
 
-UNEXPLAINED = ("no_gain", "most_lights", "out_of_time")
+UNEXPLAINED = ("no_gain", "most_lights", "misfit", "out_of_time")
 """Reasons of an answer that says itself that it does not explain the data, or was cut short."""
 
 Outcome = Literal["failed", "crashed", "shown", "passed"]
