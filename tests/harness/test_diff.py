@@ -13,7 +13,7 @@ import pytest
 
 from validation.diff import Change, Kind, changes
 from validation.jobs import write_json
-from validation.records import Result
+from validation.records import Limits, Result
 from validation.report import write_diff
 
 LIGHTLOC = Path(sys.executable).with_name("lightloc")
@@ -177,3 +177,27 @@ def test_the_page_is_whole_and_escapes_what_it_is_given(tmp_path):
     ).read_text()
     assert "<script" not in page and "<b>" not in page and "http" not in page
     assert page.count("<h1>") == 2 and "Fail now" in page and "Hold now" in page
+
+
+def test_a_solver_without_errors_is_compared_by_its_limits():
+    """A light that went astray is named; one that moved within the limit is not."""
+    limits = Limits(position_percent=1.0, intensity_percent=5.0, radius_percent=5.0)
+
+    def run(**worst: float) -> list[Result]:
+        results = []
+        for result in a_run(0):
+            for light in result.lights.found:
+                light.position_error[:] = [None] * 3
+                light.intensity_error[:] = [None]
+            more = {
+                "worst_position_percent": worst.get(result.name, 0.2),
+                "missed": [1] if worst.get(result.name) == 0 else [],
+            }
+            judged = result.comparison.model_copy(update=more)
+            results.append(result.model_copy(update={"limits": limits, "comparison": judged}))
+        return results
+
+    before, after = run(), run(a03=2.0, a05=0.9, a07=0)
+    there, back = changes(before, after), changes(after, before)
+    assert named(list(there.changes)) == [("a03", Kind.WORSE), ("a07", Kind.WORSE)]
+    assert named(list(back.changes)) == [("a03", Kind.BETTER), ("a07", Kind.BETTER)]

@@ -332,3 +332,25 @@ def test_a_study_of_what_our_answers_say_takes_no_other_solver(refuses):
 
     with refuses("--method: the study null is of our own search alone"):
         by(STUDY, Method("paper"))
+
+
+def test_a_solver_s_error_in_a_study_names_its_own_line(tmp_path):
+    """Not that of the library in which it was raised."""
+    from validation.studies.many import STUDY
+
+    (tmp_path / "mine.py").write_text(
+        "import numpy as np\ndef solve(q, geometry):\n    return np.linalg.inv(np.zeros((2, 2)))\n"
+    )
+    study = by(STUDY, Method.of("mine.py:solve", tmp_path))
+    with pytest.raises(ValueError, match=r"LinAlgError: Singular matrix \(mine.py, line 3\)"):
+        study.one("lights-8-000")
+
+
+def test_the_studies_that_take_any_solver_are_those_that_are_named():
+    import importlib
+
+    from validation.studies import NAMES
+    from validation.studies.solver import BY_ANY
+
+    every = [importlib.import_module(f"validation.studies.{name}").STUDY for name in NAMES]
+    assert {study.name for study in every if study.solvers} == set(BY_ANY)

@@ -333,3 +333,15 @@ def test_a_row_s_seconds_are_a_budget_for_the_search_alone(method, reason):
     assert not gone
     assert (found.reason.name == "OUT_OF_TIME") == (reason is not None)
     assert answer(free, seen, room)[0].reason.name == "CONVERGED"
+
+
+def test_a_wrong_key_among_the_defaults_is_named_as_theirs(tmp_path, refuses):
+    file = tmp_path / "s.toml"
+    file.write_text('[defaults]\npionts = 3\n[[case]]\nname = "a"\n')
+    with refuses(f"{file}: [defaults]: there is no key 'pionts'; did you mean points?"):
+        read_suite(file)
+
+
+def test_a_packaged_suite_s_case_is_repeated_by_the_suite_s_name(tmp_path):
+    cases = Cases(rows("one"), tmp_path, "quick", quick_case)
+    assert cases.command("one") == "lightloc validate --suite quick --case one"

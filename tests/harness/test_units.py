@@ -133,8 +133,10 @@ def test_comparing_in_two_units(refuses):
     verdict = validation.compare(found, LIGHTS, diagonal=5.0)
     assert verdict.unit == "m" and not verdict.missed
     np.testing.assert_allclose([pair.distance for pair in verdict.pairs], 0.02, rtol=1e-6)
-    assert "light 1: 0.02 m (0.4 % of the diagonal)" in str(verdict)
-    assert "light 1: 20 mm" in str(validation.compare(LIGHTS.in_unit("cm"), found))
+    assert "true light 1, found light 1: 0.02 m (0.4 % of the diagonal)" in str(verdict)
+    assert "true light 1, found light 1: 20 mm" in str(
+        validation.compare(LIGHTS.in_unit("cm"), found)
+    )
     for unit in ("unit", "ell"):
         with refuses(f"the unit of length is '{unit}' of the found lights and 'm' of the true"):
             validation.compare(replace(LIGHTS, unit=unit), LIGHTS)

@@ -127,6 +127,12 @@ def outcome(old: Result, new: Result) -> list[Change]:
         said = f"{counts[0]} lights, now {counts[1]} of {right}"
         nearer = abs(counts[1] - right) < abs(counts[0] - right)
         return [Change(new.name, Kind.BETTER if nearer else Kind.WORSE, said)]
+    missed = len(old.comparison.missed), len(new.comparison.missed)
+    if missed[0] != missed[1]:
+        kind = Kind.WORSE if missed[1] > missed[0] else Kind.BETTER
+        return [
+            Change(new.name, kind, f"{missed[0]} true lights without a found one, now {missed[1]}")
+        ]
     reasons = [one.search.reason if one.search else "" for one in (old, new)]
     if reasons[0] != reasons[1]:
         kind = Kind.WORSE if new.is_unexplained and not old.is_unexplained else Kind.ANSWER
@@ -136,6 +142,12 @@ def outcome(old: Result, new: Result) -> list[Change]:
 
 def lights(both: Mapping[str, tuple[Result, Result]]) -> list[Change]:
     """Lights that moved by more than their errors allow."""
+    blind = [
+        change
+        for name, (old, new) in both.items()
+        if not (states_errors(old) and states_errors(new))
+        for change in by_limit(name, old, new)
+    ]
     judged = {
         name: far
         for name, (old, new) in both.items()
@@ -144,7 +156,7 @@ def lights(both: Mapping[str, tuple[Result, Result]]) -> list[Change]:
         if far
     }
     every = sum(far.values for far in judged.values())
-    return [
+    return blind + [
         Change(
             name,
             Kind.BETTER if far.nearer else Kind.WORSE,
@@ -155,6 +167,27 @@ def lights(both: Mapping[str, tuple[Result, Result]]) -> list[Change]:
         for name, far in judged.items()
         if far.p(every) < ALPHA / 2
     ]
+
+
+def states_errors(result: Result) -> bool:
+    """Whether an answer says how well it knows any of its positions."""
+    found = result.lights.found if result.lights else []
+    return any(error is not None for light in found for error in light.position_error)
+
+
+def by_limit(name: str, old: Result, new: Result) -> list[Change]:
+    """Positions that changed by more than the limit, where no error says what chance does."""
+    worst = [one.comparison.worst_position_percent for one in (old, new) if one.comparison]
+    limit = new.limits.position_percent if new.limits else None
+    if len(worst) < 2 or limit is None or worst[0] is None or worst[1] is None:
+        return []
+    if abs(worst[1] - worst[0]) <= limit:
+        return []
+    said = (
+        f"the worst position was off by {worst[0]:.3g} % of the diagonal, now by {worst[1]:.3g} %, "
+        f"with a limit of {limit:g} %; no error is stated"
+    )
+    return [Change(name, Kind.WORSE if worst[1] > worst[0] else Kind.BETTER, said)]
 
 
 def times(both: Mapping[str, tuple[Result, Result]]) -> list[Change]:

@@ -122,11 +122,12 @@ class Comparison:
             errors = ", ".join(
                 "unknown" if np.isnan(e) else f"{e:.3g} %" for e in pair.intensity_percent
             )
+            off = units.length(pair.distance, self.unit, 3)
             rows.append(
-                f"  light {pair.true + 1}: {units.length(pair.distance, self.unit, 3)} "
+                f"  true light {pair.true + 1}, found light {pair.found + 1}: {off} "
                 f"({pair.distance_percent:.3g} % of the diagonal), intensity {errors}"
             )
-        rows += [f"  light {i + 1} was missed" for i in self.missed]
+        rows += [f"  true light {i + 1} was missed" for i in self.missed]
         rows += [f"  found light {j + 1} is no true light" for j in self.ghosts]
         return "\n".join(rows)
 

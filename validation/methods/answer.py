@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import inspect
+import traceback
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -160,11 +162,23 @@ def called(
 ) -> Localization:
     """What a solver finds, in this process; of what is offered it gets what it has names for.
 
-    Raises ValueError where it returns no lights.
+    Raises ValueError where it raises, or returns no lights.
     """
     solve = function(method)
-    fields = taken(solve(q, geometry, **asked(solve, **offered)), q.channels)
-    return answered(q, fields, geometry)
+    try:
+        given = solve(q, geometry, **asked(solve, **offered))
+    except Exception as error:  # whatever it is
+        raise ValueError(sentence(error, str(method.file or method.module))) from error
+    return answered(q, taken(given, q.channels), geometry)
+
+
+def sentence(error: BaseException, own: str) -> str:
+    """What a solver raised, and where in its own file."""
+    text = " ".join(str(error).split()) or "no message"
+    where = [f for f in traceback.extract_tb(error.__traceback__) if f.filename == own]
+    place = f" ({Path(where[-1].filename).name}, line {where[-1].lineno})" if where else ""
+    said = f"{type(error).__name__}: {text}{place}"
+    return text if isinstance(error, ValueError) and not where else said
 
 
 def asked(solve: Callable[..., Any], **offered: Any) -> dict[str, Any]:

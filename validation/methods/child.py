@@ -10,7 +10,6 @@ import json
 import os
 import sys
 import threading
-import traceback
 from pathlib import Path
 
 MEGABYTE = 1 << 20
@@ -74,13 +73,9 @@ def limited(megabytes: int) -> None:
 
 def failed(folder: Path, error: BaseException, own: str) -> None:
     """Leave a sentence on what went wrong, and where in the solver's own file."""
-    text = " ".join(str(error).split()) or "no message"
-    where = [f for f in traceback.extract_tb(error.__traceback__) if f.filename == own]
-    place = f" ({Path(where[-1].filename).name}, line {where[-1].lineno})" if where else ""
-    said = f"{type(error).__name__}: {text}{place}"
-    if isinstance(error, ValueError) and not where:
-        said = text
-    leave(folder, said)
+    from validation.methods.answer import sentence
+
+    leave(folder, sentence(error, own))
 
 
 def leave(folder: Path, said: str) -> None:

@@ -20,7 +20,7 @@ class SolverRow:
     unexplained
         How many passed with an answer that does not believe itself.
     right
-        How many have the right number of lights.
+        How many have the right number of lights, each near a true one.
     cases
         How many there are.
     position, intensity
@@ -53,7 +53,7 @@ def solvers(results: Sequence[Result], order: Sequence[str]) -> list[SolverRow]:
                 name=name,
                 outcomes={o: sum(r.outcome == o for r in own) for o in order},
                 unexplained=sum(r.is_unexplained for r in own),
-                right=sum(c.count_right for c in judged),
+                right=sum(c.count_right and not c.ghosts for c in judged),
                 cases=len(own),
                 position=middle([c.worst_position_percent for c in judged]),
                 intensity=middle([c.worst_intensity_percent for c in judged]),

@@ -14,6 +14,9 @@ from lightloc import Geometry, Localization, Observations, localize
 from validation.methods import Method, called
 from validation.studies.study import Study
 
+BY_ANY = ("many", "occluders", "coverage", "noise", "points", "wrong", "hard", "brdf")
+"""Studies that any solver may be asked in."""
+
 
 @dataclass(frozen=True)
 class By:
@@ -50,7 +53,10 @@ def by(study: Study, method: Method) -> Study:
     Raises ValueError where a study asks what our own answers say.
     """
     if not study.solvers:
-        raise ValueError(f"--method: the study {study.name} is of our own search alone")
+        raise ValueError(
+            f"--method: the study {study.name} is of our own search alone; expected one of "
+            f"{', '.join(BY_ANY)}"
+        )
     return replace(
         study,
         name=f"{study.name}--{method.label}",

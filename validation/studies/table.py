@@ -19,7 +19,7 @@ CRASHED = "crashed"
 
 
 def command(study: Study, per_row: int) -> str:
-    """What repeats it; without the number of scenes where it is the study's own."""
+    """What repeats it; without the number of scenes where it is the study's own, and every row."""
     more = "" if per_row == study.per_row else f" --scenes {per_row}"
     method = getattr(study.one, "method", None)
     if method is not None:

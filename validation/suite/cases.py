@@ -128,6 +128,11 @@ def read_suite(path: str | Path) -> tuple[str, list[Case]]:
         raise ValueError(f"{file}: has no [[case]]")
     if not isinstance(defaults, dict):
         raise ValueError(f"{file}: defaults is no table; expected [defaults]")
+    for key in defaults:
+        if key not in Case.model_fields:
+            near = get_close_matches(key, Case.model_fields, n=1)
+            also = f"; did you mean {near[0]}?" if near else ""
+            raise ValueError(printable(f"{file}: [defaults]: there is no key '{key}'{also}"))
     cases = []
     for row in rows:
         try:
@@ -218,6 +223,11 @@ def settings(case: Case) -> Options | Paper | None:
         return Paper(**values) if case.method == "paper" else Options(**values)
     except TypeError as error:
         raise ValueError(f"options: {error}") from None
+
+
+def is_packaged(suite: str) -> bool:
+    """Whether it is the name of a suite that comes with the package."""
+    return _packaged(suite, ".toml") is not None
 
 
 def _packaged(name: str, suffix: str) -> Path | None:

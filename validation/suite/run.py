@@ -14,7 +14,7 @@ from typing import Any
 
 from validation.jobs import Ended, run, waiting, write_json
 from validation.records import SCHEMA, UNEXPLAINED
-from validation.suite.cases import Case
+from validation.suite.cases import Case, is_packaged
 
 OUTCOMES = ("passed", "failed", "shown", "crashed")
 LEFT = ("result.json", "observations.npz", "room.npz", "fields.npz", "view.npz", "view.exr")
@@ -91,8 +91,9 @@ class Cases:
 
     def command(self, name: str) -> str:
         """What repeats a case, in any folder."""
-        suite, case = Path(self.suite).resolve(), self.case(name)
-        where = "" if self.suite == "standard" else f"--suite {quote(str(suite))} "
+        case = self.case(name)
+        suite = self.suite if is_packaged(self.suite) else str(Path(self.suite).resolve())
+        where = "" if suite == "standard" else f"--suite {quote(suite)} "
         who = f"--method {quote(case.method)} " if case.asked else ""
         return f"lightloc validate {where}{who}--case {case.row}"
 
