@@ -22,6 +22,10 @@ METRES = {
 """Metres to the units that can be converted; any other word serves as a name alone."""
 
 
+LARGE = 1e7
+"""From which on a number has an exponent."""
+
+
 def conversion(given: str, wanted: str) -> float | None:
     """How many of one unit make another; None where that is not known.
 
@@ -56,7 +60,19 @@ def length(value: float, unit: str, digits: int = 2) -> str:
     >>> length(0.0213, "cm"), length(0.0213, "unit")
     ('0.021 cm', '0.021 units')
     """
-    return f"{value:.{digits}g} {'units' if unit == UNKNOWN else unit}"
+    return f"{brief(value, digits)} {'units' if unit == UNKNOWN else unit}"
+
+
+def brief(value: float, digits: int = 2) -> str:
+    """A number to so many digits, and whole where it is large: no exponent below ten million.
+
+    Examples
+    --------
+    >>> brief(0.0213), brief(263.0), brief(1e9)
+    ('0.021', '260', '1e+09')
+    """
+    text = f"{value:.{digits}g}"
+    return f"{float(text):.0f}" if "e+0" in text and abs(value) < LARGE else text
 
 
 def power(unit: str) -> str:

@@ -13,6 +13,9 @@ from lightloc import units
 if TYPE_CHECKING:
     from lightloc.answer.result import Localization
 
+LEAST = 1e-5
+"""An error below which two digits of it would be too many of the value."""
+
 GAP = "  "
 """Between columns."""
 
@@ -100,7 +103,17 @@ def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
 
 
 def _known(value: float, error: float, unit: str) -> str:
-    """The value to one digit more than its error has, and that."""
-    if np.isfinite(error) and error > 0:
-        value = float(np.round(value, 1 - int(np.floor(np.log10(error)))))
-    return f"{units.figure(value, unit)} ± {error:.1g}"
+    """The value to the two digits that its error has, and that.
+
+    Examples
+    --------
+    >>> _known(861.4538, 26.31, "m"), _known(1.37219, 0.00081, "m"), _known(1270.4, 263.0, "mm")
+    ('861 ± 26', '1.37219 ± 0.00081', '1270 ± 260')
+    >>> _known(2.0, 0.0, "m"), _known(2.0, 3.1e-08, "m")
+    ('2.0000 ± 0', '2.0000 ± 3e-08')
+    """
+    if not (np.isfinite(error) and LEAST < error < units.LARGE):
+        return units.figure(value, unit) + (f" ± {error:.1g}" if np.isfinite(error) else "")
+    digits = 1 - int(np.floor(np.log10(error)))
+    places = max(0, digits)
+    return f"{round(value, digits):.{places}f} ± {round(error, digits):.{places}f}"

@@ -291,4 +291,4 @@ def _length(value: float, unit: str) -> str:
 
 
 def _percent(value: float) -> str:
-    return f"{100 * value:.2g} %" if np.isfinite(value) else "any share"
+    return f"{units.brief(100 * value)} %" if np.isfinite(value) else "any share"
