@@ -68,7 +68,7 @@ def test_each_cell_has_a_page_with_its_lights_and_its_command(ended, tmp_path):
     for row in ROWS:
         assert f'href="index-cells/{row}.html"' in index
         page = (tmp_path / "index-cells" / f"{row}.html").read_text()
-        assert f"lightloc study brdf --row {row}" in page
+        assert f"lightloc study brdf --scenes 1 --row {row}" in page
         assert 'href="../index.html"' in page and "true 2" in page
         assert page.count('data-figure="walls') == 2
     assert '<th scope="row">found 1</th>' in page

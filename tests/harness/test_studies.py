@@ -248,7 +248,7 @@ def test_a_trial_is_judged_by_hand(monkeypatch):
         chi2=1.0,
         reason=Reason.CONVERGED,
     )
-    monkeypatch.setattr(trial, "localize", lambda q, geometry, **how: answer)
+    monkeypatch.setattr(trial, "found", lambda q, geometry, **how: answer)
     done = trial.trial("a-000", q, truth, known=q)
     assert done.solved and not done.tight
     assert np.allclose([done.position, done.intensity], [0.4, 2.5])

@@ -32,16 +32,16 @@ def study_command(
         typer.Option(min=1, max=100, help="Scenes per row; by default the study's own."),
     ] = None,
     row: Annotated[list[str], typer.Option(help="Run this row only, e.g. noisy-5.")] = [],  # noqa: B006
+    jobs: Annotated[int, typer.Option(min=0, help="Scenes at a time; 0: one per core.")] = 0,
+    dask: Annotated[
+        str | None, typer.Option(help="A Dask scheduler to run on, e.g. tcp://10.0.0.1:8786.")
+    ] = None,
     method: Annotated[
         str | None,
         typer.Option(
             help="A solver in our search's place: paper, or a function of yours, as "
             "module:function or file.py:function."
         ),
-    ] = None,
-    jobs: Annotated[int, typer.Option(min=0, help="Scenes at a time; 0: one per core.")] = 0,
-    dask: Annotated[
-        str | None, typer.Option(help="A Dask scheduler to run on, e.g. tcp://10.0.0.1:8786.")
     ] = None,
     json: JSON = False,
     quiet: QUIET = False,

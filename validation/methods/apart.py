@@ -116,7 +116,7 @@ def death(code: int) -> str:
 
 def ran(folder: Path, seconds: float) -> tuple[int, str]:
     """Run the child to its end, or end it; returns its exit code and the last that it printed."""
-    words = [sys.executable, "-m", "validation.methods.child", str(folder)]
+    words = [sys.executable, "-u", "-m", "validation.methods.child", str(folder)]
     where = Path(__file__).parents[2]
     path = os.pathsep.join([str(where), *filter(None, [os.environ.get("PYTHONPATH")])])
     environment = os.environ | {"PYTHONPATH": path, "PYTHONSAFEPATH": "1"}
