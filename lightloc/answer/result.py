@@ -166,8 +166,8 @@ class Localization:
     >>> found = localize(q, bounds=[[-1, -1, 0.1], [1, 1, 1]])
     >>> print(found)
     1 light. The lights explain every observation to within its error.
-      light  position (m)                                       intensity (W/sr)
-      1      0.2000 ± 0.0002, 0.1000 ± 0.0002, 0.5000 ± 0.0002  10.0000 ± 0.006
+      light  position (m)                                             intensity (W/sr)
+      1      0.20000 ± 0.00016, 0.10000 ± 0.00018, 0.50000 ± 0.00024  10.0000 ± 0.0056
     """
 
     lights: PointLights
