@@ -72,4 +72,4 @@ lock:  ## pin the versions that pip picks today
 	rm -rf .lock
 
 clean:  ## remove what was built
-	rm -rf .venv report build dist docs/_build
+	rm -rf .venv report build dist docs/_build docs/drawn
