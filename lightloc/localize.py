@@ -185,8 +185,6 @@ def localize(
     places = None if fixed is None else held(fixed, start, o)
     if seconds is not None:
         number("seconds", seconds, above=True)
-    if start is not None and isinstance(o, Options):
-        start = begun(start, observations, o)
     with within(None if seconds is None else SEARCHING * seconds):
         return found_by(
             o, observations, geometry, bounds, surface, indirect, start, places, seed, watch
@@ -211,6 +209,8 @@ def found_by(
 ) -> Localization:
     """The lights, as `localize` has them, within the time that there is."""
     measured, limits = looked_at(observations, geometry, o, gathers=may_gather(geometry, indirect))
+    if start is not None and isinstance(o, Options):
+        start = begun(start, measured, o)
     used = ~limits.left_out
     rest = remove_known(measured, geometry, seed=seed)
     seen = without_black(rest)

@@ -79,7 +79,7 @@ def reflected(albedo: Any, sigma: float, wi: Any, wo: Any) -> Any:
 
     Equations 30 and 31 of Oren and Nayar, "Generalization of Lambert's Reflectance Model",
     SIGGRAPH 1994: light that one facet reflects, and light that two do. Directions are local, both
-    above the surface; ``beta`` is the steeper of the two.
+    above the surface; ``beta`` is the angle of the one that is nearer to the normal.
     """
     square = sigma * sigma
     high, low = dr.maximum(wi.z, wo.z), dr.clip(dr.minimum(wi.z, wo.z), 1e-4, 1)

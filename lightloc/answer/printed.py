@@ -109,11 +109,16 @@ def _known(value: float, error: float, unit: str) -> str:
     --------
     >>> _known(861.4538, 26.31, "m"), _known(1.37219, 0.00081, "m"), _known(1270.4, 263.0, "mm")
     ('861 ± 26', '1.37219 ± 0.00081', '1270 ± 260')
-    >>> _known(2.0, 0.0, "m"), _known(2.0, 3.1e-08, "m")
-    ('2.0000 ± 0', '2.0000 ± 3e-08')
+    >>> _known(2.0, 0.0, "m"), _known(2.0, 3.1e-08, "m"), _known(2.0, np.inf, "m")
+    ('2.0000 ± 0', '2.0000 ± 3e-08', '2.0000 ± inf')
+
+    Nothing where another solver states no error:
+
+    >>> _known(2.0, np.nan, "m")
+    '2.0000'
     """
-    if not (np.isfinite(error) and LEAST < error < units.LARGE):
-        return units.figure(value, unit) + (f" ± {error:.1g}" if np.isfinite(error) else "")
+    if not LEAST < error < units.LARGE:
+        return units.figure(value, unit) + ("" if np.isnan(error) else f" ± {error:.1g}")
     digits = 1 - int(np.floor(np.log10(error)))
     places = max(0, digits)
     return f"{round(value, digits):.{places}f} ± {round(error, digits):.{places}f}"

@@ -105,8 +105,8 @@ def remove_indirect(q: Observations, geometry: Geometry, seed: int = 0) -> Obser
     -------
     Observations
         The same points with direct radiance, ``interreflected`` being False. The removal's own
-        error is added to ``sigma``: that of the rays, measured between independent groups, and 2 %
-        of the part removed for the interpolation.
+        error is added to ``sigma``: that of the rays, of the interpolation, of what comes from
+        surfaces near which nothing is observed, and of what is glossy.
 
     Raises
     ------

@@ -16,6 +16,7 @@ from lightloc.answer import (
     judged,
     localization,
     too_few,
+    unexplained,
 )
 from lightloc.fit import Descents, Problem, errors_at, fit_of, intensities
 from lightloc.given import Observations, Options
@@ -39,7 +40,7 @@ def strengths(
         whole = posed_by(fit, whole)
     fit, whole = by_its_own(whole, fit, criterion)
     fit = replace(fit, lights=fit.lights.brightest_first())
-    explained = criterion.is_explained(whole, fit)
+    explained, first = criterion.is_explained(whole, fit), fit
     if not explained:  # what is left is no noise, and the errors follow from it
         size = float(np.sqrt(np.square(fit.residual).mean()))
         whole = replace(whole, sigma=whole.sigma * max(1.0, size))
@@ -49,6 +50,9 @@ def strengths(
     verdicts, reason = too_few(whole, fit.lights), Reason.CONVERGED
     if not explained or peak**2 >= criterion.price(whole):
         reason = Reason.MISFIT
+    if not explained and peak**2 < criterion.price(whole):
+        verdicts.append(unexplained(first, first.problem, tried=len(fit)))
+    elif reason is Reason.MISFIT:
         at = ", ".join(f"{x:.3g}" for x in where)
         said = (
             f"A further light would explain more, best at ({at}): is one missing, or not where it "

@@ -90,6 +90,16 @@ def test_a_lamp_that_was_forgotten_is_missed(rng):
     assert off.max() < 10  # errors as large as what is left
 
 
+def test_what_no_further_light_explains_asks_for_none(rng):
+    """Radiance that alternates from point to point: no place is told where a lamp would be."""
+    q = lit(LIGHTS, 0.01, rng)
+    wild = q.with_radiance(q.radiance * (1 + 0.5 * rng.choice([-1.0, 1.0], q.radiance.shape)), 0.01)
+    found = localize(wild, fixed=LIGHTS.positions, bounds=REGION)
+    assert found.reason is Reason.MISFIT
+    (said,) = (v.sentence for v in found.verdicts if v.kind is Kind.UNEXPLAINED)
+    assert "further light" not in said and "chi-square" in said
+
+
 def test_a_faint_lamp_that_was_forgotten_is_missed_where_chi_square_says_nothing(rng):
     """It lights few observations, so that chi-square is near 1; the certificate finds it."""
     faint = PointLights([*LIGHTS.positions.tolist(), [1.9, -1.9, 0.2]], [10.0, 6.0, 0.02])
@@ -211,6 +221,8 @@ def test_what_cannot_be_meant_is_refused(rng, refuses):
         localize(q, fixed=np.zeros((0, 3)))
     with refuses("fixed and free=('albedo',) are given"):
         localize(q, fixed=LIGHTS.positions, options=Options(free=("albedo",)))
+    with refuses("observations are a list"):
+        localize([1.0, 2.0], start=LIGHTS)
     with refuses("start is a list"):
         localize(q, start=[[0.0, 0.0, 1.0]])
     with refuses("start is in cm, the observations are in m"):
