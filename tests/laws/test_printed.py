@@ -28,6 +28,7 @@ from lightloc import (
     localize,
     radiance,
 )
+from lightloc.answer.printed import _known
 
 LIGHTS = PointLights([[0.5, -0.3, 1.2], [-1.0, 1.0, 1.0]], [10.0, 5.0])
 N = 400
@@ -165,3 +166,13 @@ def test_public_values_with_arrays_have_short_reprs():
             if shown and generated and "Localization" not in name:
                 long.append(name)
     assert long == []
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [(np.inf, "± inf"), (0.0042, "2.0000 ± 0.0042"), (26.3, "2 ± 26"), (263.0, "0 ± 260")],
+)
+def test_an_error_is_said_whatever_its_size(error, said):
+    """Two digits of it, no exponent, and ``inf`` where nothing tells; none where none is stated."""
+    assert said in _known(2.0, error, "m")
+    assert "±" not in _known(2.0, np.nan, "m")
