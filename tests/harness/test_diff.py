@@ -114,7 +114,28 @@ def test_the_other_way_round_is_the_opposite():
         **{"a01": Kind.FAILS, "a02": Kind.SLOWER, "a05": Kind.BETTER},
         **{"a04": Kind.ANSWER, "a19": Kind.NEW},
     }
-    assert there.bad == 3 and back.bad == 2
+    assert there.bad == 3 and back.bad == 1  # a time decides nothing
+
+
+def test_a_jitter_of_a_tenth_of_a_second_is_no_change():
+    """What a build server did: 0.73 s, then 0.85 s, where all the others took 0.77 times as long.
+
+    Three times as long is a change in a second's search, and is not in a twentieth of one.
+    """
+    rng = np.random.default_rng(0)
+
+    def timed(name: str, before: float, after: float) -> list[tuple[str, Kind]]:
+        runs = [a_run(seed)[:10] for seed in (0, 1)]
+        for k, run in enumerate(runs):
+            for result in run:
+                others = 1.2 * (0.77 if k else 1.0) * np.exp(0.05 * rng.normal())
+                mine = result.name == name
+                result.seconds["localize"] = (before, after)[k] if mine else others
+        return named(list(changes(*runs).changes))
+
+    assert timed("a03", 0.73, 0.85) == []
+    assert timed("a03", 1.0, 3.0 * 0.77) == [("a03", Kind.SLOWER)]
+    assert timed("a03", 0.05, 0.15 * 0.77) == []
 
 
 def test_values_without_errors_are_not_compared():

@@ -26,7 +26,7 @@ def diff_command(
     json: JSON = False,
     quiet: QUIET = False,
 ) -> None:
-    """Compare two runs of a suite. Exits with 1 where anything got worse.
+    """Compare two runs of a suite. Exits with 1 where anything but a time got worse.
 
     Named is what fails or holds now, and what changed by more than errors and chance allow.
 

@@ -19,10 +19,10 @@ FEW = 5
 """Cases, from which on the spread of their times tells what chance does."""
 
 SPREAD = 0.1
-"""Of the logarithm of a time, at least: how much two runs of the same work differ."""
+"""Of a time, at least: how much two runs of the same work differ."""
 
-QUICK = 0.05
-"""Seconds, below which a time tells nothing."""
+JITTER = 0.1
+"""Seconds by which a run differs from the next beside that, however short it is."""
 
 BAD = ("failed", "crashed")
 
@@ -42,8 +42,8 @@ class Kind(Enum):
 
     @property
     def is_bad(self) -> bool:
-        """Whether something got worse."""
-        return self in (Kind.FAILS, Kind.WORSE, Kind.SLOWER, Kind.GONE)
+        """Whether something got worse. A time is told and decides nothing: machines are busy."""
+        return self in (Kind.FAILS, Kind.WORSE, Kind.GONE)
 
 
 @dataclass(frozen=True)
@@ -97,8 +97,9 @@ def changes(before: Sequence[Result], after: Sequence[Result]) -> Changes:
     """What changed between two runs, by the names of their cases.
 
     An outcome, a number of lights and a reason are compared as they are. Values are by their
-    standard errors, times by the spread of all cases' times, once all of them together are
-    slower or faster by a common factor: each test is charged for all cases (Bonferroni).
+    standard errors, times by their jitter and the spread of all cases' times, once all of them
+    together are slower or faster by a common factor: each test is charged for all cases
+    (Bonferroni).
     """
     old, new = ({one.name: one for one in run} for run in (before, after))
     both = [name for name in old if name in new]
@@ -196,18 +197,20 @@ def times(both: Mapping[str, tuple[Result, Result]]) -> list[Change]:
         name: (a, b)
         for name, (old, new) in both.items()
         for a, b in [(old.seconds.get("localize"), new.seconds.get("localize"))]
-        if a and b and min(a, b) > QUICK
+        if a and b
     }
     if len(took) < FEW:
         return []
-    ratios = np.log([b / a for a, b in took.values()])
+    seconds = np.array(list(took.values()))
+    ratios = np.log(seconds[:, 1] / seconds[:, 0])
     common = float(np.median(ratios))
-    spread = max(SPREAD, float(1.4826 * np.median(np.abs(ratios - common))))
+    z = (ratios - common) / np.hypot(SPREAD, JITTER * np.hypot(*(1 / seconds.T)))
+    z /= max(1.0, 1.4826 * float(np.median(np.abs(z))))
     result = []
-    for (name, (a, b)), ratio in zip(took.items(), ratios, strict=True):
-        p = float(min(1.0, 2 * norm.sf(abs(ratio - common) / spread) * len(took)))
+    for (name, (a, b)), far in zip(took.items(), z, strict=True):
+        p = float(min(1.0, 2 * norm.sf(abs(far)) * len(took)))
         if p < ALPHA / 2:
-            kind = Kind.SLOWER if ratio > common else Kind.FASTER
+            kind = Kind.SLOWER if far > 0 else Kind.FASTER
             others = f"; all cases together: x {np.exp(common):.2f}"
             result.append(Change(name, kind, f"{a:.2f} s, now {b:.2f} s{others}", p))
     return result
