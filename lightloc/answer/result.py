@@ -138,7 +138,7 @@ class Localization:
     limits : Limits
         What was left out because the sensor could not tell it.
     outlying : tuple of Outliers
-        Where the outliers lie, of lights that were found.
+        Where the outliers lie, of lights that were found; nobody asks where time is up.
     counts : tuple of Count
         The best lights of each number that was tried, and how likely that number is.
     relative : bool

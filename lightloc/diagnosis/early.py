@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from lightloc.deadline import is_over
 from lightloc.diagnosis.choice import price, promises
 from lightloc.diagnosis.departure import Evidence
 from lightloc.diagnosis.joint import left, lost
@@ -44,7 +45,7 @@ def astray(q: Observations, criterion: Criterion, fits: Sequence[Fit], best: Fit
     evidence = Evidence(q, replace(best.problem, sigma=sigma), criterion).rows_of(some)
     most = BY_FAR * lost(evidence, left(evidence, evidence.lit(best.lights).plain.B))[0]
     for fit in fits:
-        if len(fit) in FEWEST:
+        if len(fit) in FEWEST and not is_over():
             for one in promises(evidence, fit.lights, ASKED):
                 if one.cost + price(evidence, one.departure, len(one.unknowns)) < most:
                     return True
