@@ -51,6 +51,10 @@ def hog(q, geometry):
 
 def nan(q, geometry):
     return [[np.nan, 0, 0]], [1]
+
+def nap(q, geometry):
+    time.sleep(0.2)
+    return [[0, 0, 1]], [1]
 """
 
 
@@ -73,7 +77,7 @@ def folder(tmp_path_factory) -> Path:
 
 def test_an_answer_with_its_errors_and_its_reason(folder):
     """It comes back as the answer that ours has, with what its lights leave."""
-    found = solved(Method.of("mine:solve", folder), floor(), None, None)
+    found, _ = solved(Method.of("mine:solve", folder), floor(), None, None)
     assert found.lights.positions.tolist() == [[0.2, 0.1, 0.5]]
     assert found.position_error.tolist() == [[0.1, 0.2, 0.3]]
     assert found.intensity_error.tolist() == [[0.5]]
@@ -84,7 +88,7 @@ def test_an_answer_with_its_errors_and_its_reason(folder):
 def test_a_solver_is_told_what_it_has_a_parameter_for(folder):
     """Bounds and a seed, by their names; an answer may be lights alone."""
     method = Method.of("mine.py:told", folder)
-    found = solved(method, floor(), None, None, bounds=[[-3, -3, 0], [3, 3, 2]], seed=5)
+    found, _ = solved(method, floor(), None, None, bounds=[[-3, -3, 0], [3, 3, 2]], seed=5)
     assert found.lights.positions.tolist() == [[-3, 0, 1]]
     assert found.lights.intensities.tolist() == [[5]]
     assert found.reason is Reason.TAKEN and np.isnan(found.position_error).all()
@@ -122,6 +126,18 @@ def test_whatever_a_solver_does_is_a_sentence(folder, name, said):
         solved(method, floor(), None, None, seconds=seconds, memory_mb=2048)
 
 
+def test_what_a_solver_prints_is_kept_and_its_time_is_its_own(folder):
+    """Where it raised, too; nothing where it was silent. Its process's start is not its time."""
+    log: list[bytes] = []
+    for name in ("crash", "die"):
+        with pytest.raises(SolverFailed):
+            solved(Method.of(f"mine:{name}", folder), floor(), None, None, log=log.append)
+    assert b"KeyError" in log[0] and b'mine.py", line 14, in crash' in log[0]
+    assert log[1:] == [b"last words\n"]
+    _, seconds = solved(Method.of("mine:nap", folder), floor(), None, None, log=log.append)
+    assert 0.2 <= seconds < 0.4 and len(log) == 2
+
+
 @pytest.mark.parametrize(
     ("given", "said"),
     [
@@ -154,7 +170,7 @@ def test_the_shipped_solvers_find_a_light(name):
     scene = Scene("box_one")
     room = render.load(scene.file)
     q = render.observe(room, points=2048, seed=1, transport="direct", noise=0.01)
-    found = solved(Method.of(f"validation.solvers.{name}:solve", Path()), q, room, scene)
+    found, _ = solved(Method.of(f"validation.solvers.{name}:solve", Path()), q, room, scene)
     judged = compare(found.lights, room.lights, room.diagonal)
     assert judged.count_right and not judged.missed
     assert judged.worst_position_percent < 1.5

@@ -14,6 +14,7 @@ import pytest
 import render
 from lightloc import Kind, Observations, Reason, localize
 from lightloc.deadline import is_over, left, within
+from lightloc.localize import concluding
 
 ENDS = (1, 4, 12, 40, 120)
 """Ticks that a search is given."""
@@ -136,3 +137,10 @@ def test_no_time_is_refused(occluder, direct, refuses):
     for seconds in (0, -1, float("nan")):
         with refuses("seconds is"):
             localize(direct, occluder.geometry, seconds=seconds)
+
+
+def test_a_budget_keeps_time_to_conclude():
+    """As much as it takes with so many observations; at least a share, and half at most."""
+    assert concluding(1, 4000) == pytest.approx(0.34)
+    assert concluding(100, 4000) == pytest.approx(15)
+    assert concluding(0.1, 4000) == concluding(0.1, 10**6) == 0.05

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -210,8 +211,17 @@ def localize_command(
             where = Scene(scene, hidden, unit, parameters(set_)) if scene else None
             bar.say(method)
             try:
-                limit = seconds or SECONDS
-                found = solved(solver, seen, room, where, bounds=region, seed=seed, seconds=limit)
+                log = None if quiet else sys.stderr.buffer.write
+                found, _ = solved(
+                    solver,
+                    seen,
+                    room,
+                    where,
+                    bounds=region,
+                    seed=seed,
+                    seconds=seconds or SECONDS,
+                    log=log,
+                )
             except SolverFailed as failed:
                 raise ValueError(str(failed)) from None
         else:

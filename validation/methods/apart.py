@@ -9,7 +9,7 @@ import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -27,8 +27,8 @@ SECONDS, MEMORY_MB = 240.0, 8192
 GRACE = 30.0
 """Seconds more, to start and to load the room; and to end itself."""
 
-LAST = 300
-"""Letters of what a solver that died had printed that are told."""
+LAST, KEPT = 300, 1 << 20
+"""Letters of what a solver that died had printed that are told, and of any that are kept."""
 
 
 @dataclass(frozen=True)
@@ -63,11 +63,13 @@ def solved(
     seed: int = 0,
     seconds: float = SECONDS,
     memory_mb: int = MEMORY_MB,
-) -> Localization:
-    """Run a solver on observations.
+    log: Callable[[bytes], object] | None = None,
+) -> tuple[Localization, float]:
+    """Run a solver on observations; returns its answer, and its own seconds, without the start.
 
     It is called with the observations and the geometry of ``scene``, of which ``room`` is the one
     loaded here, and with ``room``, ``bounds`` and ``seed`` where it has parameters of that name.
+    ``log`` is given what it printed, and where it raised, if anything.
 
     Raises
     ------
@@ -89,18 +91,25 @@ def solved(
             **{"seed": seed, "seconds": seconds, "memory_mb": memory_mb, "threads": threads()},
         }
         (folder / "job.json").write_text(json.dumps(job))
-        code, printed = ran(folder, seconds)
+        try:
+            code = ran(folder, seconds)
+        finally:
+            printed = end_of(folder / "printed")
+            if log and printed:
+                log(printed)
         failed, answer = folder / "failed.json", folder / "answer.npz"
         if failed.exists():
             raise SolverFailed(f"The solver failed: {json.loads(failed.read_text())['said']}.")
         if not answer.exists():
-            last = f"; the last it printed: {printed}" if printed else ""
+            last = " ".join(printed[-LAST:].decode(errors="replace").split())
+            last = f"; the last it printed: {last}" if last else ""
             raise SolverFailed(f"The solver's process died ({death(code)}){last}.")
         with np.load(answer) as file:
             fields: dict[str, Any] = dict(file)
     reason = fields.pop("reason", None)
     fields["reason"] = None if reason is None else str(reason)
-    return answered(q, fields, room.geometry if room else None)
+    took = float(fields.pop("took"))
+    return answered(q, fields, room.geometry if room else None), took
 
 
 def death(code: int) -> str:
@@ -114,13 +123,13 @@ def death(code: int) -> str:
     return signal.Signals(-code).name if code < 0 else f"exit code {code}"
 
 
-def ran(folder: Path, seconds: float) -> tuple[int, str]:
-    """Run the child to its end, or end it; returns its exit code and the last that it printed."""
+def ran(folder: Path, seconds: float) -> int:
+    """Run the child to its end, or end it; returns its exit code. FOLDER/printed has its words."""
     words = [sys.executable, "-u", "-m", "validation.methods.child", str(folder)]
     where = Path(__file__).parents[2]
     path = os.pathsep.join([str(where), *filter(None, [os.environ.get("PYTHONPATH")])])
     environment = os.environ | {"PYTHONPATH": path, "PYTHONSAFEPATH": "1"}
-    with open(folder / "printed", "w+b") as printed:
+    with open(folder / "printed", "wb") as printed:
         process = subprocess.Popen(
             words,
             stdin=subprocess.DEVNULL,
@@ -135,9 +144,14 @@ def ran(folder: Path, seconds: float) -> tuple[int, str]:
             raise SolverFailed(f"The solver failed: it ran longer than {seconds:g} s.") from None
         finally:
             ended(process)
-        printed.seek(0)
-        last = " ".join(printed.read()[-LAST:].decode(errors="replace").split())
-        return process.returncode, last
+    return process.returncode
+
+
+def end_of(file: Path) -> bytes:
+    """The last that a file holds, `KEPT` bytes at most."""
+    with open(file, "rb") as printed:
+        printed.seek(max(0, file.stat().st_size - KEPT))
+        return printed.read()
 
 
 def ended(process: subprocess.Popen[bytes]) -> None:

@@ -10,6 +10,8 @@ import json
 import os
 import sys
 import threading
+import time
+import traceback
 from pathlib import Path
 
 MEGABYTE = 1 << 20
@@ -41,12 +43,15 @@ def main(folder: Path) -> None:
         solve = function(Method(f"{job['module']}:{job['function']}", file))
         ending(folder, job["seconds"])
         more = asked(solve, room=room, bounds=job["bounds"], seed=job["seed"])
-        fields = taken(solve(q, room.geometry if room else None, **more), q.channels)
+        clock = time.perf_counter()
+        given = solve(q, room.geometry if room else None, **more)
+        took = time.perf_counter() - clock
+        fields = taken(given, q.channels)
     except BaseException as error:  # whatever a solver does, SystemExit too, is its answer
         failed(folder, error, job["file"] or job["module"])
         return
     kept = {name: value for name, value in fields.items() if value is not None}
-    np.savez(folder / "answer.npz", **kept)
+    np.savez(folder / "answer.npz", took=took, **kept)
 
 
 def ending(folder: Path, seconds: float) -> None:
@@ -72,9 +77,10 @@ def limited(megabytes: int) -> None:
 
 
 def failed(folder: Path, error: BaseException, own: str) -> None:
-    """Leave a sentence on what went wrong, and where in the solver's own file."""
+    """Print what went wrong, and leave a sentence on it and on where in the solver's own file."""
     from validation.methods.answer import sentence
 
+    traceback.print_exception(error)
     leave(folder, sentence(error, own))
 
 

@@ -27,6 +27,7 @@ TEMPLATES = Path(__file__).parent / "templates"
 ORDER = ("failed", "crashed", "shown", "passed")  # what needs a look comes first
 FILES = {
     "result.json": "everything on this page",
+    "printed.txt": "what the solver printed, and where it raised",
     "view.exr": "the camera's view, for an EXR viewer such as tev",
     "observations.npz": "what the search was given",
     "room.npz": "the room, the observed points and their residuals",

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -70,8 +70,27 @@ def measured(
     ]
 
 
-def answer(case: Case, seen: Observations, room: Room) -> tuple[Localization, str]:
-    """What the row's method finds; no light, and a sentence, where it is another and fails."""
+@dataclass(frozen=True)
+class Given:
+    """What a row's method gives.
+
+    Parameters
+    ----------
+    found
+        The lights; none where it failed.
+    seconds
+        Its own, where it ran in a process of its own and came to its end.
+    why
+        What went wrong, a sentence; empty where nothing did.
+    """
+
+    found: Localization
+    seconds: float | None = None
+    why: str = ""
+
+
+def answer(case: Case, seen: Observations, room: Room, log: Callable[[bytes], object]) -> Given:
+    """What the row's method finds; ``log`` is given what another than ours prints."""
     if case.solver.is_own:
         indirect: Indirect | Literal["gathered"] = "gathered"
         if case.rendered:
@@ -88,12 +107,12 @@ def answer(case: Case, seen: Observations, room: Room) -> tuple[Localization, st
             seconds=case.seconds if budgeted else None,
             seed=case.seed,
         )
-        return found, ""
+        return Given(found)
     scene = Scene(case.scene_file, case.find, case.unit, dict(case.parameters))
     if case.assumed_file is not None:
         scene = Scene(case.assumed_file, "point", case.unit, dict(case.assumed_parameters))
     try:
-        return solved(
+        found, seconds = solved(
             case.solver,
             seen,
             room,
@@ -102,6 +121,8 @@ def answer(case: Case, seen: Observations, room: Room) -> tuple[Localization, st
             seed=case.seed,
             seconds=case.seconds,
             memory_mb=case.memory_mb,
-        ), ""
+            log=log,
+        )
     except SolverFailed as failed:
-        return no_answer(seen), str(failed)
+        return Given(no_answer(seen), why=str(failed))
+    return Given(found, seconds)
