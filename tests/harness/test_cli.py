@@ -669,3 +669,25 @@ def test_compare_says_which_limit_is_missed_and_of_which_diagonal(tmp_path):
         assert f" % of the diagonal of {truth['diagonal']:.4g} m; allowed is 1 %." in position
         assert intensity == "The worst intensity is off by 50 %; allowed is 5 %."
     assert said[0].stdout == said[1].stdout
+
+
+def test_compare_counts_in_the_errors_that_a_file_states(tmp_path):
+    """In any unit; nothing where it states none, and a sentence where they are no numbers."""
+    true = {"unit": "m", "lights": [{"position": [1.0, 2.0, 3.0], "intensity": [10.0]}]}
+    stated = {"position_error": [0.2, 0.1, None], "intensity_error": [4.0e4]}
+    light = {"position": [102.0, 200.0, 300.5], "intensity": [12.0e4], **stated}
+    (tmp_path / "true.json").write_text(json.dumps(true))
+
+    def said(light: dict[str, Any]) -> subprocess.CompletedProcess[str]:
+        found = {"unit": "cm", "lights": [light]}
+        (tmp_path / "found.json").write_text(json.dumps(found))
+        return within("compare", "found.json", "true.json", "--intensity", "30", cwd=tmp_path)
+
+    done = said({**light, "position_error": [2.5, 0.1, None]})
+    assert "At most 0.8 of the stated standard errors off.\n" in done.stdout
+    assert said(light).stdout.count("At most 10 of the stated standard errors off.") == 1
+    plain = {"position": light["position"], "intensity": light["intensity"]}
+    assert "stated" not in said(plain).stdout
+    wrong = said({**light, "position_error": "small"})
+    assert wrong.returncode == 2
+    assert "found.json: position_error of light 1: expected 3 number(s)" in wrong.stderr

@@ -21,7 +21,8 @@ from validation.commands.outputs import (
 from validation.jobs import read_json
 
 if TYPE_CHECKING:
-    from validation.judge import Comparison
+    from lightloc import PointLights
+    from validation.judge import Comparison, Pair
 
 SAME, DIFFERS = 0, 1
 
@@ -58,10 +59,12 @@ def compare_command(
         true, diagonal = room.lights, room.diagonal
     verdict = compare(lights, true, diagonal)
     missed = shortfalls(verdict, within, intensity)
+    z = [in_errors(found, lights, true, one) for one in verdict.pairs]
     values = {
         **{"count_true": verdict.count_true, "count_found": verdict.count_found},
         "pairs": [
-            {**asdict(one), "true": one.true + 1, "found": one.found + 1} for one in verdict.pairs
+            {**asdict(one), "true": one.true + 1, "found": one.found + 1, "standard_errors": far}
+            for one, far in zip(verdict.pairs, z, strict=True)
         ],
         "missed": [i + 1 for i in verdict.missed],
         "ghosts": [j + 1 for j in verdict.ghosts],
@@ -69,8 +72,40 @@ def compare_command(
         **{"worst_intensity_percent": verdict.worst_intensity_percent},
         **{"diagonal": verdict.diagonal, "unit": verdict.unit, "missed_limits": missed},
     }
-    tell("\n".join([str(verdict), *missed]), values, json, quiet)
+    stated = [far for far in z if far is not None]
+    said = [f"At most {max(stated):.2g} of the stated standard errors off."] if stated else []
+    tell("\n".join([str(verdict), *said, *missed]), values, json, quiet)
     raise typer.Exit(DIFFERS if missed else SAME)
+
+
+def in_errors(file: Path, found: PointLights, true: PointLights, pair: Pair) -> float | None:
+    """The largest error of a found light, in what its file states as standard errors.
+
+    Of its position, along each axis, and of its intensity; None where the file states none. Raises
+    ValueError where what it states is no such number.
+    """
+    import numpy as np
+
+    from lightloc import units
+
+    row = read_json(file)["lights"][pair.found]
+    length = units.conversion(found.unit, true.unit) or np.nan
+    here, power = found.in_unit(true.unit), 1.0 if found.intensity_unit else length**2
+    z: list[float] = []
+    for name, off, unit in (
+        ("position_error", here.positions[pair.found] - true.positions[pair.true], length),
+        ("intensity_error", here.intensities[pair.found] - true.intensities[pair.true], power),
+    ):
+        if row.get(name) is None:
+            continue
+        try:
+            stated = np.broadcast_to(np.array(row[name], float), off.shape) * unit
+        except (TypeError, ValueError):
+            raise ValueError(
+                f"{file}: {name} of light {pair.found + 1}: expected {off.size} number(s)"
+            ) from None
+        z += (np.abs(off)[stated > 0] / stated[stated > 0]).tolist()
+    return max((one for one in z if np.isfinite(one)), default=None)
 
 
 def shortfalls(verdict: Comparison, within: float, intensity: float) -> list[str]:
