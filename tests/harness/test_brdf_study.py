@@ -72,6 +72,7 @@ def test_each_cell_has_a_page_with_its_lights_and_its_command(ended, tmp_path):
         assert 'href="../index.html"' in page and "true 2" in page
         assert page.count('data-figure="walls') == 2
     assert '<th scope="row">found 1</th>' in page
+    assert "".join(f" --row {row}" for row in ROWS) in index  # what repeats all that was run
     tiles = [tile for line in heat(list(ended.values()))[0].tiles for tile in line if tile]
     assert {tile.row: tile.outcome for tile in tiles} == {ROWS[0]: "passed", ROWS[1]: "shown"}
 

@@ -110,7 +110,8 @@ def test_markdown_has_a_row_a_row_and_says_what_made_it(drawn):
     assert [row.split(" | ")[0] for row in rows] == ["| noiseless, 2", "| noisy, 5"]
     assert "**0.67 (1.00)**" in rows[0]
     assert "abc1234" in text and "2026-11-22" in text and "2 CPUs" in text
-    assert "`lightloc study table1 --scenes 3`" in text
+    rows = "--row noiseless-2 --row noisy-5"
+    assert f"`lightloc study table1 --scenes 3 {rows}`" in text  # not all of them
 
 
 def test_page_lists_what_was_not_solved_crashed_first(drawn):

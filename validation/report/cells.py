@@ -42,7 +42,7 @@ def write_cells(study: Document, page: Path, pages: Environment, root: str = "")
                 row=row,
                 scenes=scenes[row.name],
                 figures=drawn(scenes[row.name]),
-                command=f"{study.command} --row {row.name}",
+                command=f"{study.command.partition(' --row ')[0]} --row {row.name}",
             )
             write_text(page.parent / folder / f"{row.name}.html", text)
     return folder

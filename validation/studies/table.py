@@ -8,9 +8,9 @@ from itertools import compress
 from shlex import quote
 from typing import TYPE_CHECKING, Any
 
-from validation.jobs import Ended
+from validation.jobs import Ended, row_of
 from validation.records import SCHEMA, Cell, Column, Document, MadeOn, Row, Scene
-from validation.studies.study import Study, outcome
+from validation.studies.study import EVERY, Study, outcome
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -18,9 +18,12 @@ if TYPE_CHECKING:
 CRASHED = "crashed"
 
 
-def command(study: Study, per_row: int) -> str:
-    """What repeats it; without the number of scenes where it is the study's own, and every row."""
+def command(study: Study, per_row: int, rows: Sequence[Row] = ()) -> str:
+    """What repeats it; without the number of scenes where it is the study's own, and all rows."""
+    some = [row.name for row in rows if row.ended and row.name != EVERY]
     more = "" if per_row == study.per_row else f" --scenes {per_row}"
+    if 0 < len(some) < len({row_of(name) for name in study.names(1)}):
+        more += "".join(f" --row {name}" for name in some)
     method = getattr(study.one, "method", None)
     if method is not None:
         more = f" --method {quote(method.said)}{more}"
@@ -40,7 +43,7 @@ def document(
         title=study.title,
         question=study.question,
         outcome=outcome(study, rows),
-        command=command(study, per_row),
+        command=command(study, per_row, rows),
         made=MadeOn(**made),
         spent=sum(scene.elapsed for scene in scenes),
         columns=[Column(title=m.title, meaning=m.meaning) for m in study.measures],
@@ -88,7 +91,7 @@ def markdown(study: Study, per_row: int, rows: Sequence[Row], made: Mapping[str,
             *(f"- {measure.title}: {measure.meaning}." for measure in study.measures),
             "",
             f"Made {made['date']} from commit {made['commit'] or 'unknown'}, {made['cpus']} CPUs "
-            f"({made['machine']}), {versions}, by `{command(study, per_row)}`.",
+            f"({made['machine']}), {versions}, by `{command(study, per_row, rows)}`.",
             "",
         ]
     )
