@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -134,8 +135,9 @@ def test_what_a_solver_prints_is_kept_and_its_time_is_its_own(folder):
             solved(Method.of(f"mine:{name}", folder), floor(), None, None, log=log.append)
     assert b"KeyError" in log[0] and b'mine.py", line 14, in crash' in log[0]
     assert log[1:] == [b"last words\n"]
+    clock = time.perf_counter()
     _, seconds = solved(Method.of("mine:nap", folder), floor(), None, None, log=log.append)
-    assert 0.2 <= seconds < 0.4 and len(log) == 2
+    assert 0.2 <= seconds < (time.perf_counter() - clock) / 2 and len(log) == 2
 
 
 @pytest.mark.parametrize(
