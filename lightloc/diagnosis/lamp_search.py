@@ -165,9 +165,9 @@ def one_more(
 
     None where no lamp gains anything, or none would reach any observation.
     """
-    if not len(grid.positions):
-        return None
     B = np.maximum(problem.radiance, 0).mean(axis=1)
+    if not len(grid.positions) or not B.any():
+        return None
     sigma = ROUGH[0] * (B + ROUGH[1] * B.mean())
     left = (fit.residual * problem.sigma).mean(axis=1)
     tops = []

@@ -27,6 +27,7 @@ from lightloc.diagnosis.choice import hope, plain, promises
 from lightloc.diagnosis.coat import INDEX, inside, let_in
 from lightloc.diagnosis.departure import Departure, Evidence
 from lightloc.diagnosis.diagnose import cost_of
+from lightloc.diagnosis.emission import lamps_found
 from lightloc.diagnosis.joint import fitted
 from lightloc.diagnosis.kinds import MAKERS
 from lightloc.diagnosis.piece import pieces
@@ -218,6 +219,12 @@ def test_of_a_right_model_nothing_is_said():
 def evidence_of(q: Observations) -> Evidence:
     problem = Problem.of(q, q.known_sigma, None, q.bounds)
     return Evidence(q, problem, Criterion.of(Options()))
+
+
+def test_no_lamp_is_looked_for_where_nothing_shines():
+    """As in a sample from which more interreflected light was removed than it had."""
+    q = room(Lambert(albedo=0.5))
+    assert lamps_found(evidence_of(q.with_radiance(np.full((SMALL, 1), -1.0), 0.01))) == []
 
 
 def gain(q: Observations, lights: PointLights) -> float:
