@@ -20,6 +20,7 @@ from validation.records import Result
 from validation.suite import read_suite, run_case
 
 NOISE = 0.01
+WIDE = {"position_percent": 5.0, "intensity_percent": 50.0}  # limits that such noise keeps
 FAR = 20.0  # of its standard errors, how far a light is moved
 SLOWER = 3.0
 INJECTED = [("five", Kind.WORSE), ("mixed", Kind.SLOWER), ("three", Kind.BETTER)]
@@ -30,7 +31,7 @@ def a_run(seed: int) -> list[Result]:
     _, rows = read_suite("quick")
     results = []
     for row in rows:
-        case = row.model_copy(update={"seed": seed, "noise": NOISE, "position_percent": 5.0})
+        case = row.model_copy(update={"seed": seed, "noise": NOISE, **WIDE})
         with tempfile.TemporaryDirectory() as folder:
             results.append(Result.model_validate(run_case(case, Path(folder), "")))
     return results
