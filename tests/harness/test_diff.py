@@ -117,6 +117,19 @@ def test_the_other_way_round_is_the_opposite():
     assert there.bad == 3 and back.bad == 1  # a time decides nothing
 
 
+def test_how_sure_an_answer_is_may_be_chance_in_other_data():
+    """In the same data it is not; that the data are no longer explained is told of any."""
+    sure, unsure, wrong = (
+        a_run(0, a04={"reason": reason}) for reason in ("converged", "undecided", "no_gain")
+    )
+    assert named(list(changes(sure, unsure).changes)) == [("a04", Kind.ANSWER)]
+    unsure, wrong = (
+        [result.model_copy(update={"seed": 1}) for result in run] for run in (unsure, wrong)
+    )
+    assert changes(sure, unsure).changes == ()
+    assert named(list(changes(sure, wrong).changes)) == [("a04", Kind.WORSE)]
+
+
 def test_a_jitter_of_a_tenth_of_a_second_is_no_change():
     """What a build server did: 0.73 s, then 0.85 s, where all the others took 0.77 times as long.
 

@@ -24,6 +24,9 @@ SPREAD = 0.1
 JITTER = 0.1
 """Seconds by which a run differs from the next beside that, however short it is."""
 
+DRAWN = ("seed", "noise", "points", "spp", "transport", "parameters")
+"""What data are drawn by: with others an answer may be surer or less so by chance."""
+
 BAD = ("failed", "crashed")
 
 
@@ -96,7 +99,8 @@ class Changes:
 def changes(before: Sequence[Result], after: Sequence[Result]) -> Changes:
     """What changed between two runs, by the names of their cases.
 
-    An outcome, a number of lights and a reason are compared as they are. Values are by their
+    An outcome and a number of lights are compared as they are, a reason too where both runs had the
+    same data, and else whether the answer explains them. Values are by their
     standard errors, times by their jitter and the spread of all cases' times, once all of them
     together are slower or faster by a common factor: each test is charged for all cases
     (Bonferroni).
@@ -135,9 +139,11 @@ def outcome(old: Result, new: Result) -> list[Change]:
             Change(new.name, kind, f"{missed[0]} true lights without a found one, now {missed[1]}")
         ]
     reasons = [one.search.reason if one.search else "" for one in (old, new)]
-    if reasons[0] != reasons[1]:
-        kind = Kind.WORSE if new.is_unexplained and not old.is_unexplained else Kind.ANSWER
-        return [Change(new.name, kind, f"{reasons[0]}, now {reasons[1]}")]
+    said = f"{reasons[0]}, now {reasons[1]}"
+    if new.is_unexplained and not old.is_unexplained:
+        return [Change(new.name, Kind.WORSE, said)]
+    if reasons[0] != reasons[1] and all(getattr(old, one) == getattr(new, one) for one in DRAWN):
+        return [Change(new.name, Kind.ANSWER, said)]
     return []
 
 
