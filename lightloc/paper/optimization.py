@@ -258,12 +258,15 @@ def optimize(
     From (k, 3) positions in the unit of length. Lights stay in the room, and intensities are of
     either sign. What comes out is read as lights: hypotheses that came together are one, and those
     of less than one increment are none; then the rest is optimized once more. The MSE is infinite
-    where a light strayed.
+    where a light strayed, or none is left.
     """
     I = intensities(problem, positions)
+    lit = I[:, 0] > 0
+    if not lit.any():
+        return _lights(positions[:0], I[:0, 0]), np.inf
     there = descend(
         problem,
-        Descents.of(positions[None, I[:, 0] > 0], I[None, I[:, 0] > 0]),
+        Descents.of(positions[None, lit], I[None, lit]),
         stray=o.stray * scene_radius,
         steps=o.steps,
         unknown=Unknown.FREE,

@@ -329,10 +329,24 @@ def test_a_row_s_seconds_are_a_budget_for_the_search_alone(method, reason):
     short, free = rows("short", method=method, seconds=1e-3) + rows("free")
     room = render.load("box_one")
     seen = render.observe(room, points=400, transport="direct", noise=0.01)
-    found, gone = answer(short, seen, room)
-    assert not gone
-    assert (found.reason.name == "OUT_OF_TIME") == (reason is not None)
-    assert answer(free, seen, room)[0].reason.name == "CONVERGED"
+    given = answer(short, seen, room, print)
+    assert not given.why
+    assert (given.found.reason.name == "OUT_OF_TIME") == (reason is not None)
+    assert answer(free, seen, room, print).found.reason.name == "CONVERGED"
+
+
+def test_the_published_method_is_asked_what_it_can_do():
+    """It gathers where a row would render, and of three channels it says that it takes one."""
+    room = render.load("box_one")
+    seen = render.observe(room, points=400, spp=16)
+    (row,) = rows("rendered", method="paper", transport="full", rendered=16)
+    assert not answer(row, seen, room, print).why
+    (row,) = rows("colours", method="paper", scene="box_colored")
+    room = render.load("box_colored")
+    colours = render.observe(room, points=100, transport="direct")
+    given = answer(row, colours, room, print)
+    assert given.why == "The published method takes one channel alone."
+    assert not len(given.found.lights)
 
 
 def test_a_wrong_key_among_the_defaults_is_named_as_theirs(tmp_path, refuses):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from joblib import Parallel, delayed
@@ -195,6 +197,9 @@ def test_optimization_reads_lights():
     there, mse = optimize(problem, np.concatenate([p, p + 0.01, idle]), grid, 0.7, Paper())
     assert mse < 1e-6
     assert not compare(there, room.lights, diagonal=1.0, radius=1e-3).ghosts
+    dark = replace(problem, radiance=np.zeros_like(problem.radiance))
+    there, mse = optimize(dark, idle, grid, 0.7, Paper())
+    assert len(there) == 0 and mse == np.inf
 
 
 def test_colours_are_refused():

@@ -93,10 +93,12 @@ def answer(case: Case, seen: Observations, room: Room, log: Callable[[bytes], ob
     """What the row's method finds; ``log`` is given what another than ours prints."""
     if case.solver.is_own:
         indirect: Indirect | Literal["gathered"] = "gathered"
-        if case.rendered:
+        if case.rendered and case.method == "search":
             spp, seed = case.rendered, case.seed + THIRD_SEED
             indirect = render.interreflected(room, seen, spp=spp, seed=seed)
         budgeted = case.method == "search" and "seconds" in case.model_fields_set
+        if case.method == "paper" and seen.channels > 1:
+            return Given(no_answer(seen), why="The published method takes one channel alone.")
         found = localize(
             seen,
             room.geometry,
