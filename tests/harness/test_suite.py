@@ -12,7 +12,9 @@ import signal
 import subprocess
 import sys
 import time
+from collections import deque
 from collections.abc import Callable
+from concurrent.futures import BrokenExecutor, Future
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +24,7 @@ import pytest
 import render
 from validation.jobs import every, write_json
 from validation.jobs.code import needed
+from validation.jobs.pool import _until_one_fails
 from validation.suite import Cases, read_suite, run_case, run_cases
 from validation.suite.cases import Case
 from validation.suite.solve import answer
@@ -188,6 +191,32 @@ def test_a_case_that_kills_its_process_fails_alone(quick, tmp_path):
     crashed = result(tmp_path / "run", "killed")
     assert set(crashed) == CRASHED
     assert crashed["why"] == ["its process died"]
+
+
+def test_no_case_is_lost_where_a_process_dies_as_the_next_begins(monkeypatch):
+    """The pool takes no more then: the next waits for another pool, and what ran is looked at."""
+
+    class Pool:
+        def __init__(self, *given: Any, **more: Any) -> None:
+            self.taken = 0
+
+        def submit(self, one: Any, name: str) -> Future[str]:
+            self.taken += 1
+            if self.taken > 1:
+                raise BrokenExecutor
+            return Future()
+
+        def shutdown(self, **how: Any) -> None:
+            pass
+
+    monkeypatch.setattr("joblib.externals.loky.ProcessPoolExecutor", Pool)
+    queue, failed = deque(["one", "two"]), []
+
+    def ran() -> Any:
+        failed.append((yield from _until_one_fails(str, queue, 2, 60.0)))
+
+    assert list(ran()) == []
+    assert failed[0].suspects == ["one"] and list(queue) == ["two"]
 
 
 def test_a_case_that_hangs_is_ended(quick, monkeypatch, tmp_path):

@@ -144,8 +144,9 @@ def _until_one_fails(
     try:
         while queue or running:
             while queue and len(running) < jobs:
-                name = queue.popleft()
+                name = queue[0]  # it stays there if a process dies now
                 running[pool.submit(run_one, name)] = (name, time.monotonic() + limit)
+                queue.popleft()
             first = min(end for _, end in running.values()) - time.monotonic()
             done, _ = wait(running, None if math.isinf(limit) else first, FIRST_COMPLETED)
             if not done:
