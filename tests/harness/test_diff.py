@@ -130,6 +130,19 @@ def test_how_sure_an_answer_is_may_be_chance_in_other_data():
     assert named(list(changes(sure, wrong).changes)) == [("a04", Kind.WORSE)]
 
 
+def test_other_data_take_other_time():
+    """Three times as long is a change for the same data, and chance for others; ten is none."""
+    before = a_run(0)
+    for slower, same, other in (
+        (3.0, [("a11", Kind.SLOWER)], []),
+        (10.0, *[[("a11", Kind.SLOWER)]] * 2),
+    ):
+        after = a_run(1, a11={"slower": slower})
+        assert named(list(changes(before, after).changes)) == same
+        drawn = [result.model_copy(update={"seed": 1}) for result in after]
+        assert named(list(changes(before, drawn).changes)) == other
+
+
 def test_a_jitter_of_a_tenth_of_a_second_is_no_change():
     """What a build server did: 0.73 s, then 0.85 s, where all the others took 0.77 times as long.
 

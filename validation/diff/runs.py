@@ -18,8 +18,9 @@ ALPHA = 1e-3
 FEW = 5
 """Cases, from which on the spread of their times tells what chance does."""
 
-SPREAD = 0.1
-"""Of a time, at least: how much two runs of the same work differ."""
+SPREAD, OTHER = 0.1, 0.3
+"""Of a time, at least: how much two runs of the same work differ, and two of other data, which
+take other work."""
 
 JITTER = 0.1
 """Seconds by which a run differs from the next beside that, however short it is."""
@@ -142,9 +143,14 @@ def outcome(old: Result, new: Result) -> list[Change]:
     said = f"{reasons[0]}, now {reasons[1]}"
     if new.is_unexplained and not old.is_unexplained:
         return [Change(new.name, Kind.WORSE, said)]
-    if reasons[0] != reasons[1] and all(getattr(old, one) == getattr(new, one) for one in DRAWN):
+    if reasons[0] != reasons[1] and saw_the_same(old, new):
         return [Change(new.name, Kind.ANSWER, said)]
     return []
+
+
+def saw_the_same(old: Result, new: Result) -> bool:
+    """Whether both were given the same data."""
+    return all(getattr(old, one) == getattr(new, one) for one in DRAWN)
 
 
 def lights(both: Mapping[str, tuple[Result, Result]]) -> list[Change]:
@@ -210,7 +216,8 @@ def times(both: Mapping[str, tuple[Result, Result]]) -> list[Change]:
     seconds = np.array(list(took.values()))
     ratios = np.log(seconds[:, 1] / seconds[:, 0])
     common = float(np.median(ratios))
-    z = (ratios - common) / np.hypot(SPREAD, JITTER * np.hypot(*(1 / seconds.T)))
+    spread = np.array([SPREAD if saw_the_same(*both[name]) else OTHER for name in took])
+    z = (ratios - common) / np.hypot(spread, JITTER * np.hypot(*(1 / seconds.T)))
     z /= max(1.0, 1.4826 * float(np.median(np.abs(z))))
     result = []
     for (name, (a, b)), far in zip(took.items(), z, strict=True):
