@@ -71,14 +71,8 @@ def settings(
     return o
 
 
-def looked_at(
-    observations: Observations, geometry: Geometry | None, o: Options | Paper, gathers: bool
-) -> tuple[Observations, Limits]:
-    """The observations that the sensor could tell, and which it could not.
-
-    Where nobody knows the noise, their values are asked too; but not where footnote 1 gathers from
-    all of them.
-    """
+def are_given(observations: Observations, geometry: Geometry | None) -> None:
+    """Raise ValueError where what is given is no observations, or no geometry."""
     if not isinstance(observations, Observations):
         raise ValueError(f"observations are a {type(observations).__name__}; not Observations")
     if geometry is not None and not isinstance(geometry, Geometry):
@@ -86,6 +80,16 @@ def looked_at(
             f"geometry is a {type(geometry).__name__}; expected one with the functions visible and "
             "intersect, such as render.load(...).geometry"
         )
+
+
+def looked_at(
+    observations: Observations, o: Options | Paper, gathers: bool
+) -> tuple[Observations, Limits]:
+    """The observations that the sensor could tell, and which it could not.
+
+    Where nobody knows the noise, their values are asked too; but not where footnote 1 gathers from
+    all of them.
+    """
     unknown = observations.sigma is None or observations.relative_sigma
     look = isinstance(o, Options) and (unknown or o.noise != "given")
     limits = limits_of(observations, look and not (observations.interreflected and gathers))

@@ -24,7 +24,7 @@ from lightloc.answer import (
     outliers_of,
     with_unknowns,
 )
-from lightloc.asked import begun, held, looked_at, settings
+from lightloc.asked import are_given, begun, held, looked_at, settings
 from lightloc.backend import one_blas_thread
 from lightloc.checks import number
 from lightloc.deadline import OutOfTimeError, in_time, is_over, within
@@ -180,6 +180,7 @@ def localize(
     ([[0.5, -0.3, 1.2]], 'CONVERGED')
     """
     o = settings(method, options, surface, indirect)
+    are_given(observations, geometry)
     if isinstance(o, Paper) and not (start is None and fixed is None and seconds is None):
         raise ValueError("method 'paper' takes neither start, fixed nor seconds")
     places = None if fixed is None else held(fixed, start, o)
@@ -216,7 +217,7 @@ def found_by(
     watch: Callable[[Step], None],
 ) -> Localization:
     """The lights, as `localize` has them, within the time that there is."""
-    measured, limits = looked_at(observations, geometry, o, gathers=may_gather(geometry, indirect))
+    measured, limits = looked_at(observations, o, gathers=may_gather(geometry, indirect))
     if start is not None and isinstance(o, Options):
         start = begun(start, measured, o)
     used = ~limits.left_out

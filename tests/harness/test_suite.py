@@ -374,7 +374,7 @@ def test_the_published_method_is_asked_what_it_can_do():
     room = render.load("box_colored")
     colours = render.observe(room, points=100, transport="direct")
     given = answer(row, colours, room, print)
-    assert given.why == "The published method takes one channel alone."
+    assert given.why.startswith("The published method failed: method 'paper' takes one channel")
     assert not len(given.found.lights)
 
 

@@ -137,6 +137,8 @@ def test_no_time_is_refused(occluder, direct, refuses):
     for seconds in (0, -1, float("nan")):
         with refuses("seconds is"):
             localize(direct, occluder.geometry, seconds=seconds)
+    with refuses("observations are a float"):
+        localize(1.0, seconds=1)
 
 
 def test_a_budget_keeps_time_to_conclude():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -59,7 +59,11 @@ def compare_command(
         true, diagonal = room.lights, room.diagonal
     verdict = compare(lights, true, diagonal)
     missed = shortfalls(verdict, within, intensity)
-    z = [in_errors(found, lights, true, one) for one in verdict.pairs]
+    rows = read_json(found)["lights"]
+    try:
+        z = [in_errors(rows[one.found], lights, true, one) for one in verdict.pairs]
+    except ValueError as error:
+        raise ValueError(f"{found}: {error}") from None
     values = {
         **{"count_true": verdict.count_true, "count_found": verdict.count_found},
         "pairs": [
@@ -78,8 +82,8 @@ def compare_command(
     raise typer.Exit(DIFFERS if missed else SAME)
 
 
-def in_errors(file: Path, found: PointLights, true: PointLights, pair: Pair) -> float | None:
-    """The largest error of a found light, in what its file states as standard errors.
+def in_errors(row: Any, found: PointLights, true: PointLights, pair: Pair) -> float | None:
+    """The largest error of a found light, in what its row of a file states as standard errors.
 
     Of its position, along each axis, and of its intensity; None where the file states none. Raises
     ValueError where what it states is no such number.
@@ -88,7 +92,6 @@ def in_errors(file: Path, found: PointLights, true: PointLights, pair: Pair) -> 
 
     from lightloc import units
 
-    row = read_json(file)["lights"][pair.found]
     length = units.conversion(found.unit, true.unit) or np.nan
     here, power = found.in_unit(true.unit), 1.0 if found.intensity_unit else length**2
     z: list[float] = []
@@ -102,7 +105,7 @@ def in_errors(file: Path, found: PointLights, true: PointLights, pair: Pair) -> 
             stated = np.broadcast_to(np.array(row[name], float), off.shape) * unit
         except (TypeError, ValueError):
             raise ValueError(
-                f"{file}: {name} of light {pair.found + 1}: expected {off.size} number(s)"
+                f"{name} of light {pair.found + 1}: expected {off.size} number(s)"
             ) from None
         z += (np.abs(off)[stated > 0] / stated[stated > 0]).tolist()
     return max((one for one in z if np.isfinite(one)), default=None)

@@ -25,7 +25,7 @@ take other work."""
 JITTER = 0.1
 """Seconds by which a run differs from the next beside that, however short it is."""
 
-DRAWN = ("seed", "noise", "points", "spp", "transport", "parameters")
+DRAWN = ("scene", "seed", "noise", "points", "spp", "transport", "parameters")
 """What data are drawn by: with others an answer may be surer or less so by chance."""
 
 BAD = ("failed", "crashed")

@@ -17,10 +17,8 @@ from validation.records import SCHEMA, UNEXPLAINED
 from validation.suite.cases import Case, is_packaged
 
 OUTCOMES = ("passed", "failed", "shown", "crashed")
-LEFT = (
-    *("result.json", "observations.npz", "room.npz", "fields.npz", "view.npz", "view.exr"),
-    "printed.txt",
-)
+PICTURES = ("room.npz", "fields.npz", "view.npz", "view.exr")
+LEFT = ("result.json", "observations.npz", "printed.txt", *PICTURES)
 LIMIT = 300.0  # seconds after which a case counts as crashed
 MARGIN = 60.0  # of them, beyond what a solver may take
 

@@ -92,24 +92,15 @@ class Given:
 def answer(case: Case, seen: Observations, room: Room, log: Callable[[bytes], object]) -> Given:
     """What the row's method finds; ``log`` is given what another than ours prints."""
     if case.solver.is_own:
+        common: dict[str, Any] = dict(options=settings(case), bounds=case.bounds, seed=case.seed)
+        if case.method == "paper":
+            return published(seen, room, common)
         indirect: Indirect | Literal["gathered"] = "gathered"
-        if case.rendered and case.method == "search":
+        if case.rendered:
             spp, seed = case.rendered, case.seed + THIRD_SEED
             indirect = render.interreflected(room, seen, spp=spp, seed=seed)
-        budgeted = case.method == "search" and "seconds" in case.model_fields_set
-        if case.method == "paper" and seen.channels > 1:
-            return Given(no_answer(seen), why="The published method takes one channel alone.")
-        found = localize(
-            seen,
-            room.geometry,
-            method="paper" if case.method == "paper" else "search",
-            options=settings(case),
-            bounds=case.bounds,
-            indirect=indirect,
-            seconds=case.seconds if budgeted else None,
-            seed=case.seed,
-        )
-        return Given(found)
+        budget = case.seconds if "seconds" in case.model_fields_set else None
+        return Given(localize(seen, room.geometry, indirect=indirect, seconds=budget, **common))
     scene = Scene(case.scene_file, case.find, case.unit, dict(case.parameters))
     if case.assumed_file is not None:
         scene = Scene(case.assumed_file, "point", case.unit, dict(case.assumed_parameters))
@@ -128,3 +119,11 @@ def answer(case: Case, seen: Observations, room: Room, log: Callable[[bytes], ob
     except SolverFailed as failed:
         return Given(no_answer(seen), why=str(failed))
     return Given(found, seconds)
+
+
+def published(seen: Observations, room: Room, common: dict[str, Any]) -> Given:
+    """What the published method finds; why not, where it can't look at what is seen."""
+    try:
+        return Given(localize(seen, room.geometry, method="paper", **common))
+    except ValueError as error:
+        return Given(no_answer(seen), why=f"The published method failed: {error}.")
