@@ -1,7 +1,7 @@
 """Whether `lightloc diff` finds what was injected into a rendered run, and nothing else.
 
 Runs of the quick suite, each with noise of its own and held against the one before: in the later a
-light is moved, one that was off in the former no longer is, and one search takes five times as
+light is moved, one that was off in the former no longer is, and one search takes ten times as
 long. From the repository's folder: ``python tests/two_runs.py 50`` (ten minutes).
 """
 
@@ -23,7 +23,7 @@ NOISE = 0.01
 PROCESSES = 2
 WIDE = {"position_percent": 5.0, "intensity_percent": 50.0}  # limits that such noise keeps
 FAR = 20.0  # of its standard errors, how far a light is moved
-SLOWER = 5.0
+SLOWER = 10.0  # the time of one case differs by a third between runs of other data
 INJECTED = [("five", Kind.WORSE), ("mixed", Kind.SLOWER), ("three", Kind.BETTER)]
 
 
