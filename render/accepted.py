@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from difflib import get_close_matches
+from pathlib import Path
 from typing import Any
 
 import mitsuba as mi
@@ -9,7 +11,7 @@ import numpy as np
 
 from render import rough_diffuse
 from render.bitmaps import check_bitmap
-from render.built import bsdf_fault, picture_fault, shape_fault
+from render.built import SIGNED, bsdf_fault, number_fault, picture_fault, shape_fault
 from render.instances import expand
 from render.meshes import FORMATS, check_mesh
 from render.scene_file import SceneFile, one_line, references
@@ -141,7 +143,9 @@ def _check(file: SceneFile, node: Any) -> None:
     parts = [part for _, part in file.parts(node)]
     why, _ = None, node.props.id()  # UnicodeDecodeError, rather than where it is used
     if not _is_known(node):
+        near = _nearest(node)
         why = f"this Mitsuba has no {_kind(node)} '{plugin}'"
+        why += f"; did you mean '{near}'?" if near else ""
     elif kind == "Shape" and any(part.props.plugin_name() == "point" for part in parts):
         why = f"{_name(node)} has a point emitter; expected one that is no shape's"
     elif kind != "Scene" and any(part.type.name == "Medium" for part in parts):
@@ -160,8 +164,18 @@ def _check(file: SceneFile, node: Any) -> None:
         why = rough_diffuse.fault(node.props)
     elif plugin == "shapegroup" and not any(part.type.name == "Shape" for part in parts):
         why = f"{_name(node)} is a shape group without a surface"
+    elif kind == "BSDF" and plugin not in SIGNED:
+        why = number_fault(node.props)
     if why:
         raise file.refused(node, why)
+
+
+def _nearest(node: Any) -> str | None:
+    """The plugin of the same kind whose name is nearest to one that there is not, if any is."""
+    manager = mi.PluginManager.instance()
+    names = [path.stem for path in (Path(mi.__file__).parent / "plugins").iterdir()]
+    near = get_close_matches(node.props.plugin_name(), sorted(set(names)), n=5)
+    return next((name for name in near if manager.plugin_type(name) == node.type), None)
 
 
 def _is_deep(file: SceneFile, node: Any, left: int) -> bool:

@@ -1,4 +1,4 @@
-"""Parts of a scene as built: numbers that no light can be traced with are refused."""
+"""Parts of a scene: numbers that no light can be traced with are refused."""
 
 from __future__ import annotations
 
@@ -13,6 +13,26 @@ from render.surfaces import area_of
 FARTHEST = 1e12  # of a point of the scene: beyond it areas and their squares are no float32
 
 BRIGHTEST = 1e6  # value of a picture: paths multiply many, and the sum of squares is a float32
+
+
+SIGNED = ("bumpmap", "hair")  # BSDFs that have numbers which may be below 0
+
+
+def number_fault(props: Any) -> str | None:
+    """Which number of a BSDF is none that it can have; None where all are.
+
+    Mitsuba takes a roughness below 0 for a mirror, and a share below 0 as it is.
+    """
+    own, kinds = mi.Properties(props), mi.Properties.Type  # reading the BSDF's own would be a use
+    for key in list(own.keys()):
+        kind = own.type(key)
+        if kind not in (kinds.Float, kinds.Integer, kinds.Color, kinds.Spectrum):
+            continue
+        values = np.ravel(own[key].values if kind == kinds.Spectrum else own[key])
+        bad = values[~((values >= 0) & (values < np.inf))]
+        if len(bad):
+            return f"{key} is {bad[0]:g}; expected a finite number, at least 0"
+    return None
 
 
 def shape_fault(shape: Any) -> str | None:

@@ -16,6 +16,12 @@ if TYPE_CHECKING:
 LEAST = 1e-5
 """An error below which two digits of it would be too many of the value."""
 
+MISFITS = ("NO_GAIN", "MISFIT", "MOST_LIGHTS")
+"""Reasons of answers that do not explain the data."""
+
+DOUBTED = "Do not lean on these errors: with a wrong model, lights may be much farther off."
+"""Said of theirs."""
+
 GAP = "  "
 """Between columns."""
 
@@ -82,6 +88,8 @@ def columns(found: Localization) -> dict[str, Any]:
 def sentences(found: Localization) -> list[str]:
     """What is said below the table."""
     said = [verdict.sentence for verdict in found.verdicts]
+    if len(found.lights) and found.reason.name in MISFITS:
+        said.append(DOUBTED)
     if found.ambient.any():
         said.append(f"Ambient radiance: {', '.join(f'{a:.3g}' for a in found.ambient)}.")
     said += found.remarks

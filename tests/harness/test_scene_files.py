@@ -554,6 +554,38 @@ def test_what_cannot_be_rendered_is_refused(case, write, refuses):
     render.load(write(FLOOR, LAMP, name="control.xml"))
 
 
+NUMBERS = {  # of a BSDF, that Mitsuba would take as they are, or for others
+    "a roughness below 0": ("roughconductor", number("alpha", -0.2), "alpha is -0.2"),
+    "a roughness that is none": ("roughplastic", number("alpha", float("nan")), "alpha is nan"),
+    "an integer": ("roughdielectric", '<integer name="alpha" value="-1"/>', "alpha is -1"),
+    "a share below 0": ("principled", number("metallic", -1), "metallic is -1"),
+    "a colour": ("conductor", '<rgb name="eta" value="1 -2 1"/>', "eta is -2"),
+    "a spectrum": ("conductor", '<spectrum name="k" value="-2"/>', "k is -2"),
+}
+
+
+@pytest.mark.parametrize("case", NUMBERS)
+def test_numbers_that_no_surface_has_are_refused(case, write, refuses):
+    """On their line, also within another BSDF."""
+    plugin, wrong, said = NUMBERS[case]
+    inside = bsdf("twosided", "\n", bsdf(plugin, wrong))
+    file = write(shape("rectangle", inside), LAMP)
+    with refuses(f"{file}: line 3: ") as refused:
+        render.load(file)
+    assert f"{said}; expected a finite number, at least 0" in str(refused.value)
+
+
+@pytest.mark.parametrize("word", ["difuse", "Diffuse", "roughplastics", "phong"])
+def test_the_nearest_plugin_is_said(word, write, refuses):
+    """Of the same kind, where any is near."""
+    file = write(shape("rectangle", bsdf(word)), LAMP)
+    with refuses(f"{file}: line 2: this Mitsuba has no bsdf '{word}'") as refused:
+        render.load(file)
+    near = {"difuse": "diffuse", "Diffuse": "diffuse", "roughplastics": "roughplastic"}.get(word)
+    end = f"; did you mean '{near}'?" if near else f"'{word}'"
+    assert str(refused.value).endswith(end)
+
+
 def test_an_included_file_is_named_with_its_line(write, refuses):
     """Whether Mitsuba's parser, its plugins or we find the fault, and in old words too."""
     faults = (
@@ -705,9 +737,9 @@ def test_blocks_of_an_exr_texture_are_in_place(write, tmp_path, refuses, rng):
 def test_what_a_room_yields_names_its_file(write, refuses):
     """Values that Mitsuba takes and nothing here does, and names that are not UTF-8."""
     path = write(
-        FLOOR, LAMP, pane(bsdf("roughconductor", number("alpha", -3), text("distribution", "ggx")))
+        FLOOR, LAMP, pane(bsdf("roughconductor", number("alpha", 0), text("distribution", "ggx")))
     )
-    with refuses(f"{path}: Conductor.alpha[0][0] is -3; expected at least"):
+    with refuses(f"{path}: Conductor.alpha[0][0] is 0; expected at least"):
         seen(path)
     latin = write(FLOOR.replace("floor", "fl\u00f6r"), LAMP)
     latin.write_bytes(latin.read_text().encode("latin-1"))

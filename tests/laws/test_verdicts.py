@@ -152,6 +152,8 @@ def test_unexplained():
     assert found.reason is Reason.NO_GAIN
     assert Kind.UNEXPLAINED in kinds(found)
     assert found.chi2 > 2
+    assert "Do not lean on these errors" in str(found)
+    assert "Do not lean" not in str(localize(q))
 
 
 def test_the_most_lights():

@@ -67,12 +67,17 @@ def bias(field: str) -> Measured:
             return NO_FIGURE
         mean = sum(each) / len(each)
         if len(each) == 1:
-            return Figure(mean, f"{mean:+.2g}")
+            return Figure(mean, f"{_short(mean, 2):+g}")
         spread = sum((x - mean) ** 2 for x in each) / (len(each) - 1)
         error = (spread / len(each)) ** 0.5
-        return Figure(mean, f"{mean:+.2g} ± {error:.1g}", error)
+        return Figure(mean, f"{_short(mean, 2):+g} ± {_short(error, 1):g}", error)
 
     return measure
+
+
+def _short(value: float, digits: int) -> float:
+    """A value to that many digits, which prints as 10 and not as 1e+01."""
+    return float(f"{value:.{digits}g}")
 
 
 def label(row: str) -> str:
@@ -169,7 +174,7 @@ STUDY = Study(
             typical("position"),
         ),
         Measure(
-            "Brighter (%)",
+            "Intensity bias (%)",
             "mean by which all lights together are too bright, where the count is right",
             bias("brighter"),
         ),
