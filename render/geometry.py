@@ -94,11 +94,21 @@ class SceneGeometry:
         own = int(np.random.SeedSequence([STREAM, seed]).generate_state(1)[0])
         x = q.positions
         if q.quantity == "irradiance":
-            both = {"straight": True, "bounced": q.interreflected}
-            B, error = irradiance(self.known, x, q.normals, samples, own, **both)
+            B, error = irradiance(
+                self.known,
+                x,
+                q.normals,
+                samples,
+                own,
+                straight=True,
+                bounced=q.interreflected,
+                max_depth=q.max_depth,
+            )
         else:
             transport: Transport = "full" if q.interreflected else "direct"
-            B, error = known_light(self.known, x, q.directions, samples, own, transport)
+            B, error = known_light(
+                self.known, x, q.directions, samples, own, transport, max_depth=q.max_depth
+            )
         if q.channels < 3 and not is_grey(B):
             raise ValueError(
                 "the scene's known light has colours; expected observations with 3 channels"
@@ -124,10 +134,18 @@ class SceneGeometry:
             alone = self._one_light.at(p)
             own = int(np.random.SeedSequence([STREAM, seed, i]).generate_state(1)[0])
             if meters:
-                bounced = {"straight": False, "bounced": True}
-                mean, spread = irradiance(alone, q.positions, q.normals, samples, own, **bounced)
+                mean, spread = irradiance(
+                    alone,
+                    q.positions,
+                    q.normals,
+                    samples,
+                    own,
+                    straight=False,
+                    bounced=True,
+                    max_depth=q.max_depth,
+                )
             else:
-                mean, spread = indirect(alone, si, samples, own)
+                mean, spread = indirect(alone, si, samples, own, max_depth=q.max_depth)
             H[:, i], error[:, i] = mean[:, : q.channels], spread[:, : q.channels]
         return H, error
 

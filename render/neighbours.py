@@ -14,7 +14,7 @@ BEND = 0.2  # rad: the normals of neighbours on one smooth surface differ by les
 SLANT = 0.1  # of their distance: how far off its tangent plane a neighbour may be
 LAPLACIAN = np.array([[2, -1, 2], [-1, -4, -1], [2, -1, 2]]) / 3  # of the fitted quadratic
 WAVES = np.array([[1, -2, 1], [-2, 4, -2], [1, -2, 1]]) / 6  # of no quadratic, only of noise
-POOL = 7  # pixels squared over which squared errors are averaged
+POOL = 9  # pixels squared over which squared errors are averaged
 FLOOR = 1e-4  # error of the file's numbers, which may be half floats, as a share of B and its mean
 RADII = 257  # points over a filter's radius
 
@@ -96,16 +96,16 @@ def noise_of(
     """(n, c) standard errors at the used pixels' centres, right but for a factor.
 
     Each is the root mean square over the used pixels around, of ``sigma`` (h, w, c) where that is
-    known and else of what no quadratic explains: what ``WAVES`` leave. A pixel's own error is
-    estimated from the samples that gave its value, and a fit trusts most those pixels where it
-    happens to be small.
+    known and else of what no quadratic explains: what ``WAVES`` leave. A pixel's own value has no
+    part in that, where others are known: noise of a renderer is skewed, so that errors are large
+    where values are, and a fit would trust most those that happen to be low.
     """
     square = (_summed(B, WAVES) ** 2 / film.kept(WAVES)) if sigma is None else sigma**2
     known = used & np.isfinite(square).all(axis=2)
-    around = (POOL, POOL, 1)
-    total = uniform_filter(np.where(known[..., None], square, 0), around, mode="constant")
-    count = uniform_filter(known[..., None].astype(float), around, mode="constant")
-    alone = square[known].mean(axis=0) if known.any() else np.zeros(B.shape[2])
+    total = _around(np.where(known[..., None], square, 0))
+    count = _around(known[..., None].astype(float))
+    mean = square[known].mean(axis=0) if known.any() else np.zeros(B.shape[2])
+    alone = np.where(known[..., None], square, mean)[used]
     pooled = np.where(count[used] > TINY, total[used] / np.maximum(count[used], TINY), alone)
     centre = np.zeros((3, 3))
     centre[1, 1] = 1
@@ -117,6 +117,14 @@ def noise_of(
 
 
 TINY = 1e-9  # less than one pixel's share of those around
+
+
+def _around(values: NDArray) -> NDArray[np.float64]:
+    """(h, w, c) sums over `POOL` pixels squared, without those that a pixel's own value is in."""
+    whole, own = (
+        side**2 * uniform_filter(values, (side, side, 1), mode="constant") for side in (POOL, 3)
+    )
+    return np.asarray(whole - own)
 
 
 def _summed(B: NDArray, kernel: NDArray) -> NDArray[np.float64]:

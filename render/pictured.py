@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import binary_dilation
 
 from lightloc import Lambert, Observations
-from lightloc.checks import array
+from lightloc.checks import array, number
 from lightloc.given import clipped_in
 from render.camera import SMOOTH, Pixels, lamps, pinhole, purity, shape_index, towards
 from render.material import is_grey, material_at, regions_at
@@ -34,6 +34,7 @@ def observe_picture(
     sensor: int = 0,
     camera: ArrayLike | None = None,
     transport: Transport = "full",
+    max_depth: int | None = None,
     unit: str = "unit",
 ) -> Observations:
     """Take the observations from a picture that another program wrote: each pure pixel is a q.
@@ -54,6 +55,10 @@ def observe_picture(
         length. Where None, that of the file's ``worldToCamera``.
     transport : {"full", "direct"}
         "full" where the picture holds interreflected light, as most do; "direct" where it does not.
+    max_depth : int, optional
+        Length of the longest paths in such a picture, as Mitsuba counts: 2 is direct light, and -1
+        that they go on until they carry nothing. Where None, as the scene's own integrator has it,
+        or -1 where there is none.
     unit : str
         The unit of length where there is no scene, a word for prints and files.
 
@@ -72,8 +77,8 @@ def observe_picture(
     ValueError
         In one sentence that names the file: if it can't be read (see `read_picture`), there is
         neither a scene nor layers of position, normal and albedo with a camera, it has another
-        shape than the sensor's film, it is grey where the scene has colours, or no pixel can be
-        used.
+        shape than the sensor's film, ``max_depth`` is none, it is grey where the scene has colours,
+        or no pixel can be used.
 
     Examples
     --------
@@ -95,10 +100,17 @@ def observe_picture(
         picture = read_picture(*paths)
     if room is not None and camera is not None:
         raise ValueError("observe_picture takes a room, whose sensor is the camera, or a camera")
-    both = transport == "full"
+    if max_depth is None:
+        max_depth = room.max_depth if room else None
+    elif max_depth == -1:
+        max_depth = None
+    else:
+        number("max_depth", max_depth, 2, whole=True)
+    both = transport == "full" and max_depth != 2
+    max_depth = max_depth if both else None
     if room is not None:
-        return _by_room(picture, room, sensor, both)
-    return replace(_by_layers(picture, camera, both), unit=unit)
+        return replace(_by_room(picture, room, sensor, both), max_depth=max_depth)
+    return replace(_by_layers(picture, camera, both), unit=unit, max_depth=max_depth)
 
 
 def _by_room(picture: Picture, room: Room, sensor: int, interreflected: bool) -> Observations:

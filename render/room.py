@@ -54,6 +54,10 @@ class Room:
         The unit of length, a word.
     notes : tuple of str
         Sentences about what of the file was taken otherwise than it says.
+    max_depth : int or None
+        Length of the longest paths in a picture by the scene's own integrator, 2 being direct
+        light; None where they go on until they carry nothing. `observe_picture` reads it: `observe`
+        and `photograph` have no end.
 
     Examples
     --------
@@ -72,6 +76,7 @@ class Room:
     known: Any = field(default=None, repr=False)
     unit: str = "m"
     notes: tuple[str, ...] = ()
+    max_depth: int | None = None
 
     @property
     def unobserved(self) -> dict[str, str]:
@@ -183,7 +188,7 @@ def load(
         if text_of(value).strip().lower().lstrip("+-") in NOT_FINITE:
             raise ValueError(f"{path}: parameter '{name}' is {value}; expected a finite number")
     try:
-        scene, known, notes = _built(path, parameters, find)
+        scene, known, said = _built(path, parameters, find)
     except UnicodeDecodeError:
         raise ValueError(f"{path}: a name in it is not written in UTF-8") from None
     if all(area_of(shape) == 0 for shape in scene.shapes()):
@@ -194,15 +199,15 @@ def load(
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
     geometry = SceneGeometry(scene, known)
-    return Room(path.stem, path, dict(parameters), scene, lights, geometry, known, unit, notes)
+    return Room(path.stem, path, dict(parameters), scene, lights, geometry, known, unit, **said)
 
 
 def _built(
     path: Path, parameters: Mapping[str, Any], find: str | Sequence[str]
-) -> tuple[Any, Any, tuple[str, ...]]:
+) -> tuple[Any, Any, dict[str, Any]]:
     """The scene under the lights to be found, and under all others, None where there are none.
 
-    The third are sentences about what was taken otherwise than the file says.
+    The third is what else a `Room` is told of its file: ``notes`` and ``max_depth``.
     """
     read = read_mesh if is_mesh(path) else SceneFile.read
     file, known = read(path, parameters), None
@@ -211,7 +216,8 @@ def _built(
         other = read(path, parameters)
         extinguish(other, find, known=False)
         known = build(other)
-    return build(file), known, file.notes
+    said = {"notes": file.notes, "max_depth": file.max_depth}
+    return build(file), known, said
 
 
 def _unit_of(path: Path) -> str:

@@ -102,6 +102,22 @@ class SceneFile:
             found |= named
         return [self.state.nodes[number] for number in sorted(found)]
 
+    @property
+    def max_depth(self) -> int | None:
+        """Length of the longest paths that its integrators trace, 2 being direct light.
+
+        None where they go on until they carry nothing, or there is none.
+        """
+        own = [mi.Properties(node.props) for node in self.nodes() if node.type.name == "Integrator"]
+        whole = mi.Properties.Type.Integer
+        ends = [2 for props in own if props.plugin_name() == "direct"]
+        ends += [
+            props["max_depth"]
+            for props in own
+            if "max_depth" in props and props.type("max_depth") == whole
+        ]
+        return min((end for end in ends if end >= 2), default=None)
+
     def refused(self, node: Any, why: str) -> ValueError:
         """The error that says why a node can't be taken, with its file and line."""
         place = mi.parser.file_location(self.state, node)

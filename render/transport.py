@@ -87,13 +87,14 @@ def indirect(
     spp: int,
     seed: int,
     watch: Callable[[float], None] = lambda share: None,
+    max_depth: int | None = None,
 ) -> tuple[NDArray, NDArray]:
     """Interreflected radiance at interactions, and its standard error, (n, 3) W sr^-1 m^-2 each.
 
     One BSDF-sampled bounce by hand, then Mitsuba's path integrator from there: what arrives
     straight from the lights is left to `direct`, which needs no samples.
     """
-    path = mi.load_dict({"type": "path", "max_depth": -1, "rr_depth": 8})
+    path = _paths(max_depth and max_depth - 1)
 
     def sample(here: Any, sampler: Any) -> Any:
         chosen, weight = here.bsdf().sample(
@@ -116,6 +117,7 @@ def known_light(
     seed: int,
     transport: Transport,
     watch: Callable[[float], None] = lambda share: None,
+    max_depth: int | None = None,
 ) -> tuple[NDArray, NDArray]:
     """Radiance by a scene's own emitters, of any kind, at points x along w, and its standard error.
 
@@ -128,10 +130,9 @@ def known_light(
         straight = direct(scene, si)
         if transport == "direct":
             return straight, np.zeros((len(x), 3))
-        more, error = indirect(scene, si, spp, own, watch)
+        more, error = indirect(scene, si, spp, own, watch, max_depth)
         return straight + more, error
-    depth = 2 if transport == "direct" else -1
-    path = mi.load_dict({"type": "path", "max_depth": depth, "rr_depth": 8})
+    path = _paths(2 if transport == "direct" else max_depth)
     reach = PROBE_SHARE * diagonal_of(scene)
 
     def sample(here: Any, sampler: Any) -> Any:
@@ -145,7 +146,15 @@ def known_light(
 
 
 def irradiance(
-    scene: Any, x: NDArray, n: NDArray, spp: int, seed: int, *, straight: bool, bounced: bool
+    scene: Any,
+    x: NDArray,
+    n: NDArray,
+    spp: int,
+    seed: int,
+    *,
+    straight: bool,
+    bounced: bool,
+    max_depth: int | None = None,
 ) -> tuple[NDArray, NDArray]:
     """Irradiance by a scene's emitters at points x facing n, and its standard error.
 
@@ -154,7 +163,7 @@ def irradiance(
     """
     meters = dr.zeros(mi.SurfaceInteraction3f, len(x))
     meters.p, meters.n = mi.Point3f(x.T), mi.Normal3f(n.T)
-    path = mi.load_dict({"type": "path", "max_depth": -1, "rr_depth": 8})
+    path = _paths(max_depth and max_depth - 1)
 
     def sample(here: Any, sampler: Any) -> Any:
         total = mi.Color3f(0)
@@ -173,6 +182,12 @@ def irradiance(
 
     mean, error = _averaged(scene, meters, sample, spp, seed, lambda share: None)
     return mean, _shared(error, x, FACING * diagonal_of(scene) * n)
+
+
+def _paths(max_depth: int | None) -> Any:
+    """Mitsuba's paths up to that length, or until they carry nothing."""
+    depth = -1 if max_depth is None else max_depth
+    return mi.load_dict({"type": "path", "max_depth": depth, "rr_depth": 8})
 
 
 def _averaged(
@@ -234,10 +249,18 @@ def _pooled(error: NDArray, si: Any, diagonal: float) -> NDArray[np.float64]:
 
 
 def _shared(error: NDArray, *features: NDArray) -> NDArray[np.float64]:
-    """(n, c) root mean square of the standard errors over the `POOL` points nearest in features."""
-    place = np.concatenate(features, axis=1)
-    _, near = cKDTree(place).query(place, k=min(POOL, len(error)))
-    return np.sqrt(np.square(error[near.reshape(len(error), -1)]).mean(axis=1))
+    """(n, c) root mean square of the standard errors over the `POOL` points nearest in features.
+
+    A point's own is not among them: it is large where the point's own mean is, so that a fit
+    weighted by it would trust means that happen to be low.
+    """
+    place, n = np.concatenate(features, axis=1), len(error)
+    _, near = cKDTree(place).query(place, k=min(POOL + 1, n))
+    near = near.reshape(n, -1)
+    own = near == np.arange(n)[:, None]
+    count = np.maximum((~own).sum(axis=1), 1)[:, None]
+    others = np.where(own[..., None] & (count > 1)[..., None], 0.0, np.square(error[near]))
+    return np.sqrt(others.sum(axis=1) / count)
 
 
 def to_numpy(v: Any) -> NDArray[np.float64]:

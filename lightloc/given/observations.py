@@ -14,6 +14,7 @@ from lightloc import brdf
 from lightloc.checks import (
     array,
     check_radiance,
+    number,
     numbers,
     printable,
     unit_vectors,
@@ -81,14 +82,18 @@ class Observations:
     intensity_unit : str
         The unit of intensities, a word too: "cd" where ``radiance`` is luminance or illuminance.
         Where empty, it is that of ``radiance`` times the square of ``unit``.
+    max_depth : int, optional
+        Length of the longest paths of the light in ``radiance``, as renderers count that end them:
+        2 is direct light, 3 has bounced once more. Where None, they go on until they carry nothing,
+        as all light does that was not rendered.
 
     Raises
     ------
     ValueError
         If there is no observation at all, a shape does not fit, a value is not finite, ``sigma``,
-        ``step`` or ``floor`` is negative, a radiance is negative and exact, a vector has length
-        zero, a region has no name, directions are missing, ``material`` is no BRDF or has other
-        points or more channels, or a unit is no word.
+        ``step`` or ``floor`` is negative, ``max_depth`` is below 2, a radiance is negative and
+        exact, a vector has length zero, a region has no name, directions are missing, ``material``
+        is no BRDF or has other points or more channels, or a unit is no word.
 
     Notes
     -----
@@ -121,6 +126,7 @@ class Observations:
     unit: str
     relative_sigma: bool
     intensity_unit: str
+    max_depth: int | None
 
     __repr__ = short
 
@@ -143,6 +149,7 @@ class Observations:
         unit: str = "m",
         relative_sigma: bool = False,
         intensity_unit: str = "",
+        max_depth: int | None = None,
     ) -> None:
         x = array("Observations.positions", positions, (None, 3))
         n = len(x)
@@ -197,6 +204,9 @@ class Observations:
         if not isinstance(intensity_unit, str) or not intensity_unit.isprintable():
             raise ValueError("Observations.intensity_unit is no word; expected one, as 'cd'")
         put(self, "intensity_unit", intensity_unit)
+        if max_depth is not None:
+            number("Observations.max_depth", max_depth, 2, whole=True)
+        put(self, "max_depth", max_depth)
 
     def __len__(self) -> int:
         return len(self.positions)
@@ -331,7 +341,7 @@ class Observations:
           `Mixed`, ``material.index``, and of that and a `Sum` the parts as ``material.0``,
           ``material.1`` and so on;
         - ``facets``, ``regions``, ``region_names``, ``saturated``, ``step``, ``floor``, ``unit``,
-          ``relative_sigma`` and ``intensity_unit``, which a file need not have.
+          ``relative_sigma``, ``intensity_unit`` and ``max_depth``, which a file need not have.
 
         Examples
         --------
@@ -401,11 +411,11 @@ class Observations:
 STORED = (
     *("positions", "normals", "directions", "radiance", "sigma", "facets", "interreflected"),
     *("regions", "region_names", "saturated", "step", "floor", "unit"),
-    *("relative_sigma", "intensity_unit"),
+    *("relative_sigma", "intensity_unit", "max_depth"),
 )
 """Fields that a file holds beside the material."""
 
-WORDS = ("step", "floor", "unit", "relative_sigma", "intensity_unit")
+WORDS = ("step", "floor", "unit", "relative_sigma", "intensity_unit", "max_depth")
 """Those that are no arrays."""
 
 NEEDED = ("positions", "normals", "directions", "radiance", "sigma", "interreflected")

@@ -10,7 +10,7 @@ import numpy as np
 from lightloc.answer import Way
 from lightloc.backend import types
 from lightloc.given import Geometry, Interreflecting, Observations
-from lightloc.interreflection.footnote_1 import RadianceCache, is_told
+from lightloc.interreflection.footnote_1 import ENDED, RadianceCache, is_told
 from lightloc.interreflection.gloss import glossiness, hemisphere
 from lightloc.interreflection.rendered import Indirect
 from lightloc.optics import surfels
@@ -102,6 +102,10 @@ def chosen(q: Observations, geometry: Geometry, saturated: bool, seed: int = 0) 
         if not can:
             raise ValueError(NOT_GATHERED)
         return Choice(Way.RENDERED, "Some of the observations are saturated.")
+    if q.max_depth is not None:
+        if not can:
+            raise ValueError(ENDED)
+        return Choice(Way.RENDERED, f"The observations hold no paths longer than {q.max_depth}.")
     glossy, share = glossiness(q, seed), coverage(q, geometry, seed)
     said = f"The observations cover {100 * share:.0f} % of what surfaces shine on them"
     if glossy > GLOSSY:

@@ -26,6 +26,10 @@ from lightloc.given import Geometry, Observations
 from lightloc.interreflection.gloss import glossiness
 from lightloc.optics import Surfels, cosine_direction, pick, surfels
 
+ENDED = (
+    "footnote 1 would gather longer paths than observations with a max_depth hold; give indirect, "
+    "to render interreflected light"
+)
 STRATA = 32  # rays per point are STRATA^2, one in each cell of the hemisphere's unit square
 FEWEST, GATHERING = 8, 0.5  # the same at first, and share of the time left, where time is short
 GROUPS = 8  # independent parts of the rays from which the gather's own error is measured
@@ -171,6 +175,8 @@ def removed(q: Observations, geometry: Geometry, seed: int = 0) -> Removal:
             "interreflected irradiance can't be gathered from other readings; give indirect, to "
             "render it"
         )
+    if q.max_depth is not None:
+        raise ValueError(ENDED)
     known, B, cache = q.known_sigma, np.maximum(q.radiance, 0), RadianceCache.of(q)
     unlike = left_out(q, cache)
     signs = np.random.default_rng(seed).choice([-1.0, 1.0], (DRAWS, n, 1))

@@ -26,7 +26,7 @@ PATHS = 1 << 18
 """Of each light, over all observations, where no number is asked for: positions are then as sure
 as with four times as many, in rooms seen by one camera (measured)."""
 
-FEWEST, MOST = 16, 1024
+FEWEST, MOST = 64, 1024
 """Of these for each observation."""
 
 GLANCED = 32

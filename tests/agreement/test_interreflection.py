@@ -55,6 +55,20 @@ def test_closed_form(radius, load):
     assert not within((H - 1.05 * expected) / error)  # negative control
 
 
+@pytest.mark.parametrize("depth", [3, 4, 6])
+def test_paths_that_end(depth, load):
+    """Those of n parts have rho + ... + rho^(n - 2) of rho / (1 - rho), also at a light meter."""
+    room = load("sphere", radius=1.0, albedo=ALBEDO)
+    q = replace(render.observe(room, points=POINTS, transport="direct"), max_depth=depth)
+    sums = [sum(ALBEDO**k for k in range(1, last)) for last in (depth - 1, depth)]
+    H, error = interreflected(room, q, spp=SPP)(PLACES[:1])
+    assert within((H - ALBEDO / np.pi * sums[0]) / error)
+    assert not within((H - ALBEDO / np.pi * sums[1]) / error)
+    meters = readings(q, max_depth=depth)
+    H, error = room.geometry.interreflection(PLACES[:1], meters, SPP)
+    assert within((H - sums[0]) / error)
+
+
 @pytest.mark.parametrize("name", ["box_colored", "box_conductor", "box_mixed"])
 def test_total_radiance(name, load):
     """S and H of the true lights make up what is seen, with errors that are not shared.

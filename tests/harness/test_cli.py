@@ -591,12 +591,21 @@ def test_pictures_from_the_command_line(tmp_path):
     )
     judged = lightloc_command("compare", "found.json", "box_one", cwd=tmp_path)
     assert judged.returncode == 0, judged.stdout
+    ended = ("--scene", "box_one", "--max-depth", "2")  # the same said otherwise
+    done = lightloc_command("localize", "a.exr", *ended, "-o", "again.json", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "again.json").read_bytes() == (tmp_path / "found.json").read_bytes()
     for options, *said in (
         ((), "a.exr: does not say what its pixels show", "lightloc render --view"),
         (("--scene", "box_one", "--camera", "1,2,3"), "--camera: does not belong to a.exr"),
         (("--scene", "box_one", "--floor", "0.1"), "--floor: does not belong to a.exr"),
+        (("--scene", "box_one", "--max-depth", "1"), "max_depth is 1; expected a whole number"),
     ):
         assert_refused(tmp_path, ("localize", "a.exr", *options), *said)
+    readings = tmp_path / "lux.csv"
+    readings.write_text("x,y,z,lux\n0,0,0,1\n")
+    refused = ("--max-depth", "3"), "--max-depth: does not belong to lux.csv"
+    assert_refused(tmp_path, ("localize", "lux.csv", *refused[0]), refused[1])
     (tmp_path / "a.png").write_bytes(b"")
     assert_refused(tmp_path, ("localize", "a.png"), "a.png: holds values encoded for display")
 

@@ -357,15 +357,19 @@ def test_noise_is_told_by_neighbours(film, rng):
     noisy = B + 0.05 * noise / noise.std()
     off = at_centres(noisy, used, film) - at_centres(B, used, film)
     z = off / noise_of(noisy, used, film, None)
-    # of 60 000 pixels a tenth are independent: 1 %; an error that is told by 49 pixels, a sixth of
-    # them independent, is off by a quarter, and z spreads by 3/8 of that squared: 3 %
+    # of 60 000 pixels a tenth are independent: 1 %; an error that is told by 72 pixels, a sixth of
+    # them independent, is off by a fifth, and z spreads by 3/2 of that squared: 6 %
     assert z.std() == pytest.approx(1, abs=0.06)
     none, bend = noise_of(B, used, film, None), film.variance / 2 * 4 / 199**2
     assert (none < 4 * FLOOR * B.max() + bend).all() and (none > 0).all()
 
 
 def test_errors_are_pooled(pixels, tmp_path):
-    """Known errors around a pixel are averaged as squares, over used pixels that have one."""
+    """Known errors around a pixel are averaged as squares, over used pixels that have one.
+
+    Those beside it are left out, as they are where errors are told by neighbours; one that is alone
+    keeps its own.
+    """
     path = write(tmp_path / "a.exr", layer("", pixels) | layer("sigma", pixels))
     picture = render.read_picture(path)
     sigma, used = np.array(picture.sigma), np.zeros((HEIGHT, WIDTH), bool)
@@ -374,10 +378,23 @@ def test_errors_are_pooled(pixels, tmp_path):
     plain = Filter(0.0, (1.0, 0.0, 0.0))
     got = noise_of(picture.radiance, used, plain, sigma)
     floor = FLOOR * (picture.radiance[used] + picture.radiance[used].mean())
-    around = sigma[8:13, 8:13].reshape(-1, 3)
-    mean = (around[np.isfinite(around).all(axis=1)] ** 2).mean(axis=0)
+    around = np.array(sigma[8:13, 8:13])
+    around[1:4, 1:4] = np.nan
+    mean = np.nanmean(around**2, axis=(0, 1))
     np.testing.assert_allclose(got[0] ** 2 - floor[0] ** 2, sigma[0, 0] ** 2, rtol=1e-6)
     np.testing.assert_allclose(got[13] ** 2 - floor[13] ** 2, mean, rtol=1e-6)
+
+
+def test_no_error_depends_on_its_own_value(rng):
+    """Else a fit would trust what noise made low; it shows in the errors of those around."""
+    B = 1 + 0.05 * rng.normal(size=(20, 20, 1))
+    used = np.ones(B.shape[:2], bool)
+    before = noise_of(B, used, BOX, None).reshape(20, 20)
+    B[10, 10] *= 1.5
+    after = noise_of(B, used, BOX, None).reshape(20, 20)
+    floor = FLOOR * 1.5 + BOX.variance / 2 * 4 / 3 * 0.5  # of numbers, of what the film blurs
+    assert abs(after[10, 10] - before[10, 10]) < floor
+    assert after[10, 12] > 1.3 * before[10, 12]
 
 
 @pytest.mark.parametrize("kind", [oiio.FLOAT, oiio.HALF])

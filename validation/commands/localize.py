@@ -145,6 +145,13 @@ def localize_command(
             "pictures do, and readings do where there is a --scene."
         ),
     ] = None,
+    max_depth: Annotated[
+        int | None,
+        typer.Option(
+            help="Of a picture: length of its longest paths, as Mitsuba counts; 2 is direct light, "
+            "-1 no end. By default as the scene's integrator has it, or -1."
+        ),
+    ] = None,
     albedo: Annotated[
         float | None, typer.Option(help="Of readings of luminance or radiance: the surface's.")
     ] = None,
@@ -165,6 +172,7 @@ def localize_command(
         sensor,
         None if camera is None else point(camera),
         None if transport is None else transport.value,
+        max_depth,
         albedo,
         unit,
         floor,

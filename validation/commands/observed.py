@@ -28,6 +28,7 @@ class Given:
     sensor: int | None = None
     camera: list[float] | None = None
     transport: Literal["direct", "full"] | None = None
+    max_depth: int | None = None
     albedo: float | None = None
     unit: str | None = None
     floor: float | None = None
@@ -64,7 +65,7 @@ class Given:
         if len(self.paths) > 1:
             raise ValueError(f"{self.paths[1]}: one file at a time, but for a picture's layers")
         if kind == "csv":
-            self._only("sensor", "camera")
+            self._only("sensor", "camera", "max_depth")
             both = self.transport == "full" or (self.transport is None and room is not None)
             unit = self.unit or (room.unit if room and room.unit != NOBODY_SAYS else None)
             seen = read_readings(
@@ -79,7 +80,7 @@ class Given:
             errors = "errors estimated" if seen.sigma is None else "errors given"
             said = f"{len(seen)} readings of {seen.quantity}, lengths in {seen.unit}, {errors}"
             return seen, said
-        self._only("sensor", "camera", "transport", "albedo")
+        self._only("sensor", "camera", "transport", "max_depth", "albedo")
         if kind == "exr":
             self._only(*LIMITS)
             return in_the_unit(render.observe_view(first, room), self.unit, first), None
@@ -110,6 +111,7 @@ class Given:
             sensor=self.sensor or 0,
             camera=self.camera,
             transport="full" if full else "direct",
+            max_depth=self.max_depth,
             unit=self.unit or NOBODY_SAYS,
         )
         if full and not room:
@@ -123,4 +125,5 @@ class Given:
         """Refuse options that do not belong to such a file."""
         for name in absent:
             if getattr(self, name) is not None:
-                raise ValueError(f"--{name}: does not belong to {self.paths[0]}")
+                option = name.replace("_", "-")
+                raise ValueError(f"--{option}: does not belong to {self.paths[0]}")
