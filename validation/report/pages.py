@@ -64,6 +64,7 @@ def environment() -> Environment:
         "noise",
         "plain",
         "briefly",
+        "solver",
         "moment",
     )
     made.filters.update({name: getattr(words, name) for name in names})

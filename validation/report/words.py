@@ -4,6 +4,7 @@ import math
 import re
 from collections.abc import Sequence
 from datetime import UTC, datetime
+from pathlib import Path
 
 from validation.records import UNKNOWN, Result
 
@@ -43,6 +44,21 @@ def number(value: float | None, digits: int = 3) -> str:
     if abs(value) >= GROUPED_FROM:
         text = f"{float(text):,.0f}".replace(",", THIN_SPACE)
     return _minus(text)
+
+
+def solver(method: str) -> str:
+    """A short name for a solver: of a function its module's, and its own where that says more.
+
+    Examples
+    --------
+    >>> [solver(name) for name in ("paper", "mine.adam:solve", "/home/me/grid.py:fast")]
+    ['paper', 'adam', 'grid-fast']
+    """
+    where, _, function = method.rpartition(":")
+    if not where:
+        return method
+    module = Path(where).stem if where.endswith(".py") else where.rpartition(".")[2]
+    return module if function == "solve" else f"{module}-{function}"
 
 
 def percent(value: float | None) -> str:
