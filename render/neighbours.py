@@ -16,6 +16,7 @@ LAPLACIAN = np.array([[2, -1, 2], [-1, -4, -1], [2, -1, 2]]) / 3  # of the fitte
 WAVES = np.array([[1, -2, 1], [-2, 4, -2], [1, -2, 1]]) / 6  # of no quadratic, only of noise
 POOL = 9  # pixels squared over which squared errors are averaged
 FLOOR = 1e-4  # error of the file's numbers, which may be half floats, as a share of B and its mean
+ALIKE = 0.1  # correlation of noise that counts as none: errors are too small by a tenth at most
 RADII = 257  # points over a filter's radius
 
 
@@ -45,6 +46,11 @@ class Filter:
             float(weight @ x**2 / weight.sum()),
             (1.0, float(apart[1] / apart[0]), float(apart[2] / apart[0])),
         )
+
+    @property
+    def stride(self) -> int:
+        """How many pixels are between two whose noise is not alike, in rows and in columns."""
+        return next((k for k in (1, 2) if self.alike[k] < ALIKE), 3)
 
     def kept(self, kernel: NDArray) -> float:
         """The share of a pixel's variance that a sum over 3 x 3 pixels has."""

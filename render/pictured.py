@@ -66,11 +66,13 @@ def observe_picture(
     -------
     Observations
         Those of the pixels that show one smooth surface, as do their neighbours, so that no filter
-        of the film brings in another; row by row. With a scene, in linear Rec. 709; without, in
-        the picture's own colours, in which a renderer multiplies light by albedo. ``saturated``
-        where the picture's brightest value is met too often to be one. One channel where
-        picture and BRDFs are grey. ``sigma``, right but for a factor, is that of the picture's own
-        layer or else of how far each pixel is from its neighbours.
+        of the film brings in another, and whose noise is their own: of a film whose filter is wider
+        than a pixel, as Mitsuba's by default, every second row and column. They stand row by row.
+        With a scene, in linear Rec. 709; without, in the picture's own colours, in which a renderer
+        multiplies light by albedo. ``saturated`` where the picture's brightest value is met too
+        often to be one. One channel where picture and BRDFs are grey. ``sigma``, right but for a
+        factor, is that of the picture's own layer or else of how far each pixel is from its
+        neighbours.
 
     Raises
     ------
@@ -136,7 +138,8 @@ def _by_room(picture: Picture, room: Room, sensor: int, interreflected: bool) ->
         sigma = None if sigma is None else np.sqrt(sigma**2 @ (picture.to_rec_709**2).T)
     c = _channels(B[used], material.channels)
     regions, names = regions_at(seen)
-    return Observations(
+    rows = _apart(used, film)
+    q = Observations(
         positions=to_numpy(seen.p),
         normals=normal[used],
         facets=to_numpy(towards(seen.n, seen)),
@@ -152,6 +155,7 @@ def _by_room(picture: Picture, room: Room, sensor: int, interreflected: bool) ->
         unit=room.unit,
         intensity_unit=room.lights.intensity_unit,
     )
+    return q if rows.all() else q.at(rows)
 
 
 def _by_layers(picture: Picture, camera: ArrayLike | None, interreflected: bool) -> Observations:
@@ -202,6 +206,13 @@ def _some(picture: Picture, used: NDArray[np.bool_]) -> None:
             f"{picture.name}: no pixel shows one smooth surface together with its neighbours; "
             "expected at least one"
         )
+
+
+def _apart(used: NDArray[np.bool_], film: Filter) -> NDArray[np.bool_]:
+    """Which of the used pixels have noise of their own: where a filter is wide, not all have."""
+    lattice = np.zeros(used.shape, bool)
+    lattice[:: film.stride, :: film.stride] = True
+    return lattice[used] if (lattice & used).any() else np.ones(used.sum(), bool)
 
 
 def _clipped(picture: Picture, used: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -27,7 +27,8 @@ PATHS = 1 << 18
 as with four times as many, in rooms seen by one camera (measured)."""
 
 FEWEST, MOST = 64, 1024
-"""Of these for each observation."""
+"""Of these for each observation. With 16 a mean is skewed, and intensities from 70 000 pixels are 2
+standard errors too high (measured)."""
 
 GLANCED = 32
 """Paths for each observation at a first glance, at most."""

@@ -343,6 +343,22 @@ def test_filters():
         assert got.alike == pytest.approx(expected.alike, abs=0.01)
 
 
+@pytest.mark.parametrize(("name", "apart"), [("box", 1), ("tent", 2), ("gaussian", 2)])
+def test_of_a_wide_filter_pixels_with_noise_of_their_own_are_used(name, apart, tmp_path):
+    """Those of every row and column, or of every second; of all, errors would be too small."""
+    text = render.files_of("box_two")[0].read_text()
+    file = tmp_path / "room.xml"
+    file.write_text(text.replace('"box" id="pixel_filter"', f'"{name}" id="pixel_filter"'))
+    room = render.load(file)
+    column, row = np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT))
+    where = np.stack([column, row, 0 * row], axis=2) + 1
+    path = write(tmp_path / "a.exr", layer("", where.astype(float)))
+    q = render.observe_picture(path, room, transport="direct")
+    pixel = np.rint(q.radiance[:, :2]).astype(int) - 1
+    assert (pixel % apart == 0).all()
+    assert len(q) > 0.6 * WIDTH * HEIGHT / apart**2
+
+
 @pytest.mark.parametrize("film", [BOX, GAUSSIAN], ids=["box", "gaussian"])
 def test_noise_is_told_by_neighbours(film, rng):
     """Over a bent B with noise, it is that of what `at_centres` returns; of none, the file's."""
