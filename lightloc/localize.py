@@ -157,7 +157,8 @@ def localize(
         if ``start`` has other channels or another unit than the observations, or too many lights;
         if "paper" is given RGB radiance or an unknown sigma; if all observations are saturated; or
         if interreflected light is to be removed and there is no geometry, or the geometry can't
-        render where that is asked for, the observations are irradiance, or some are saturated.
+        render where that is asked for, the observations are irradiance or have a ``max_depth``, or
+        some are saturated.
 
     Notes
     -----

@@ -164,7 +164,7 @@ def _check(file: SceneFile, node: Any) -> None:
         why = rough_diffuse.fault(node.props)
     elif plugin == "shapegroup" and not any(part.type.name == "Shape" for part in parts):
         why = f"{_name(node)} is a shape group without a surface"
-    elif kind == "BSDF" and plugin not in SIGNED:
+    elif (kind == "BSDF" and plugin not in SIGNED) or plugin == "uniform":
         why = number_fault(node.props)
     if why:
         raise file.refused(node, why)
@@ -174,8 +174,10 @@ def _nearest(node: Any) -> str | None:
     """The plugin of the same kind whose name is nearest to one that there is not, if any is."""
     manager = mi.PluginManager.instance()
     names = [path.stem for path in (Path(mi.__file__).parent / "plugins").iterdir()]
-    near = get_close_matches(node.props.plugin_name(), sorted(set(names)), n=5)
-    return next((name for name in near if manager.plugin_type(name) == node.type), None)
+    near = get_close_matches(node.props.plugin_name(), sorted({*names, rough_diffuse.NAME}), n=5)
+    kinds = {rough_diffuse.NAME: mi.ObjectType.BSDF}  # Mitsuba tells of its own plugins alone
+    same = (name for name in near if kinds.get(name, manager.plugin_type(name)) == node.type)
+    return next(same, None)
 
 
 def _is_deep(file: SceneFile, node: Any, left: int) -> bool:

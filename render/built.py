@@ -15,7 +15,7 @@ FARTHEST = 1e12  # of a point of the scene: beyond it areas and their squares ar
 BRIGHTEST = 1e6  # value of a picture: paths multiply many, and the sum of squares is a float32
 
 
-SIGNED = ("bumpmap", "hair")  # BSDFs that have numbers which may be below 0
+SIGNED = ("bumpmap", "hair", "polarizer", "retarder")  # BSDFs with numbers that may be below 0
 
 
 def number_fault(props: Any) -> str | None:

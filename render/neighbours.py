@@ -16,7 +16,7 @@ LAPLACIAN = np.array([[2, -1, 2], [-1, -4, -1], [2, -1, 2]]) / 3  # of the fitte
 WAVES = np.array([[1, -2, 1], [-2, 4, -2], [1, -2, 1]]) / 6  # of no quadratic, only of noise
 POOL = 9  # pixels squared over which squared errors are averaged
 FLOOR = 1e-4  # error of the file's numbers, which may be half floats, as a share of B and its mean
-ALIKE = 0.1  # correlation of noise that counts as none: errors are too small by a tenth at most
+ALIKE = 0.05  # correlation of noise that counts as none: errors are too small by a tenth at most
 RADII = 257  # points over a filter's radius
 
 
@@ -30,10 +30,13 @@ class Filter:
         Of its weights, pixels squared.
     alike
         (3,) correlation of the noise of pixels that are 0, 1 and 2 apart.
+    stride
+        How far apart pixels are whose noise is not alike, in rows and in columns.
     """
 
     variance: float
     alike: tuple[float, float, float]
+    stride: int = 1
 
     @staticmethod
     def of(sensor: Any) -> Filter:
@@ -41,16 +44,14 @@ class Filter:
         film = sensor.film().rfilter()
         x = np.linspace(-1, 1, 2 * RADII + 1) * film.radius()
         weight = np.array(film.eval(mi.Float(x)), float)
-        apart = [np.interp(x + k, x, weight, left=0, right=0) @ weight for k in range(3)]
+        reach = max(3, int(np.ceil(2 * film.radius())) + 1)
+        apart = [np.interp(x + k, x, weight, left=0, right=0) @ weight for k in range(reach)]
+        alike = [float(one / apart[0]) for one in apart]
         return Filter(
             float(weight @ x**2 / weight.sum()),
-            (1.0, float(apart[1] / apart[0]), float(apart[2] / apart[0])),
+            (1.0, alike[1], alike[2]),
+            next(k for k in range(1, reach) if abs(alike[k]) < ALIKE),
         )
-
-    @property
-    def stride(self) -> int:
-        """How many pixels are between two whose noise is not alike, in rows and in columns."""
-        return next((k for k in (1, 2) if self.alike[k] < ALIKE), 3)
 
     def kept(self, kernel: NDArray) -> float:
         """The share of a pixel's variance that a sum over 3 x 3 pixels has."""
@@ -107,22 +108,30 @@ def noise_of(
     where values are, and a fit would trust most those that happen to be low.
     """
     square = (_summed(B, WAVES) ** 2 / film.kept(WAVES)) if sigma is None else sigma**2
-    known = used & np.isfinite(square).all(axis=2)
-    total = _around(np.where(known[..., None], square, 0))
-    count = _around(known[..., None].astype(float))
-    mean = square[known].mean(axis=0) if known.any() else np.zeros(B.shape[2])
-    alone = np.where(known[..., None], square, mean)[used]
-    pooled = np.where(count[used] > TINY, total[used] / np.maximum(count[used], TINY), alone)
     centre = np.zeros((3, 3))
     centre[1, 1] = 1
     share = film.kept(centre - film.variance / 2 * LAPLACIAN)
     value = np.abs(B[used])
     floor = FLOOR * (value + value.mean())
-    added = at_centres(B, used, film) - B[used]  # as large as the orders that it leaves out
-    return np.sqrt(np.maximum(pooled, 0) * share + floor**2 + added**2)
+    added = np.full(B.shape, np.nan)  # as large as the orders that it leaves out
+    added[used] = at_centres(B, used, film) - B[used]
+    return np.sqrt(_pooled(square, used) * share + floor**2 + _pooled(added**2, used))
 
 
 TINY = 1e-9  # less than one pixel's share of those around
+
+
+def _pooled(square: NDArray, used: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """(n, c) means of squares over the used pixels around, or a pixel's own where there are none.
+
+    Where that is not known either, it is the mean of all.
+    """
+    known = used & np.isfinite(square).all(axis=2)
+    total = _around(np.where(known[..., None], square, 0))[used]
+    count = _around(known[..., None].astype(float))[used]
+    mean = square[known].mean(axis=0) if known.any() else np.zeros(square.shape[2])
+    alone = np.where(known[..., None], square, mean)[used]
+    return np.maximum(np.where(count > TINY, total / np.maximum(count, TINY), alone), 0)
 
 
 def _around(values: NDArray) -> NDArray[np.float64]:

@@ -134,7 +134,8 @@ def remeasure(room: Room, q: Observations, *, spp: int = 256, seed: int = 0) -> 
     check_same_unit(room, q.unit, "these observations")
     x, w = q.positions, q.directions
     transport: Transport = "full" if q.interreflected else "direct"
-    B, sigma = _measured(room, probe(room.scene, x, w), x, w, spp, seed, transport)
+    si = probe(room.scene, x, w)
+    B, sigma = _measured(room, si, x, w, spp, seed, transport, max_depth=q.max_depth)
     if q.channels < 3 and not is_grey(B):
         raise ValueError("grey observations can't be measured again under coloured lights")
     measured = q.with_radiance(B[:, : q.channels], sigma[:, : q.channels])
@@ -150,14 +151,15 @@ def _measured(
     seed: int,
     transport: Transport,
     watch: Callable[[float], None] = lambda share: None,
+    max_depth: int | None = None,
 ) -> tuple[NDArray, NDArray]:
     """(n, 3) radiance of points x along w, by all light of a room, and its standard error."""
     B, sigma = direct(room.scene, si), np.zeros((len(x), 3))
     if transport == "full":
-        more, sigma = indirect(room.scene, si, spp, seed, watch)
+        more, sigma = indirect(room.scene, si, spp, seed, watch, max_depth)
         B = B + more
     if room.known is not None:
-        more, error = known_light(room.known, x, w, spp, seed, transport, watch)
+        more, error = known_light(room.known, x, w, spp, seed, transport, watch, max_depth)
         B, sigma = B + more, np.hypot(sigma, error)
     return B, sigma
 

@@ -17,6 +17,7 @@ from lightloc import Lambert, Observations
 from lightloc.checks import array, number
 from lightloc.given import clipped_in
 from render.camera import SMOOTH, Pixels, lamps, pinhole, purity, shape_index, towards
+from render.exr import is_view
 from render.material import is_grey, material_at, regions_at
 from render.neighbours import BOX, Filter, at_centres, noise_of, smooth
 from render.picture import Picture, read_picture
@@ -33,7 +34,7 @@ def observe_picture(
     *,
     sensor: int = 0,
     camera: ArrayLike | None = None,
-    transport: Transport = "full",
+    transport: Transport | None = None,
     max_depth: int | None = None,
     unit: str = "unit",
 ) -> Observations:
@@ -53,12 +54,13 @@ def observe_picture(
     camera : (3,) array_like, optional
         Where it was taken from, where there is no scene: the position in the scene's unit of
         length. Where None, that of the file's ``worldToCamera``.
-    transport : {"full", "direct"}
+    transport : {"full", "direct"}, optional
         "full" where the picture holds interreflected light, as most do; "direct" where it does not.
+        Where None, "direct" where ``max_depth`` says so, else "full".
     max_depth : int, optional
-        Length of the longest paths in such a picture, as Mitsuba counts: 2 is direct light, and -1
-        that they go on until they carry nothing. Where None, as the scene's own integrator has it,
-        or -1 where there is none.
+        Length of the longest paths in a picture, as Mitsuba counts: 2 is direct light, and -1 that
+        they go on until they carry nothing. Where None, as the scene's own integrator has it; -1
+        where there is none, and of a view of ours.
     unit : str
         The unit of length where there is no scene, a word for prints and files.
 
@@ -67,11 +69,11 @@ def observe_picture(
     Observations
         Those of the pixels that show one smooth surface, as do their neighbours, so that no filter
         of the film brings in another, and whose noise is their own: of a film whose filter is wider
-        than a pixel, as Mitsuba's by default, every second row and column. They stand row by row.
-        With a scene, in linear Rec. 709; without, in the picture's own colours, in which a renderer
-        multiplies light by albedo. ``saturated`` where the picture's brightest value is met too
-        often to be one. One channel where picture and BRDFs are grey. ``sigma``, right but for a
-        factor, is that of the picture's own layer or else of how far each pixel is from its
+        than a pixel, as Mitsuba's by default, every second row and column, or fewer. They stand row
+        by row. With a scene, in linear Rec. 709; without, in the picture's own colours, in which a
+        renderer multiplies light by albedo. ``saturated`` where the picture's brightest value is
+        met too often to be one. One channel where picture and BRDFs are grey. ``sigma``, right but
+        for a factor, is that of the picture's own layer or else of how far each pixel is from its
         neighbours.
 
     Raises
@@ -79,8 +81,8 @@ def observe_picture(
     ValueError
         In one sentence that names the file: if it can't be read (see `read_picture`), there is
         neither a scene nor layers of position, normal and albedo with a camera, it has another
-        shape than the sensor's film, ``max_depth`` is none, it is grey where the scene has colours,
-        or no pixel can be used.
+        shape than the sensor's film, ``max_depth`` is neither -1 nor at least 2, it is
+        grey where the scene has colours, or no pixel can be used.
 
     Examples
     --------
@@ -95,24 +97,28 @@ def observe_picture(
     >>> q.channels, q.relative_sigma, q.interreflected
     (1, True, False)
     """
-    if transport not in ("direct", "full"):
+    if transport not in ("direct", "full", None):
         raise ValueError(f"observe_picture expects transport 'direct' or 'full'; got '{transport}'")
     if not isinstance(picture, Picture):
         paths = [picture] if isinstance(picture, str | Path) else list(picture)
         picture = read_picture(*paths)
     if room is not None and camera is not None:
         raise ValueError("observe_picture takes a room, whose sensor is the camera, or a camera")
-    if max_depth is None:
-        max_depth = room.max_depth if room else None
-    elif max_depth == -1:
-        max_depth = None
-    else:
-        number("max_depth", max_depth, 2, whole=True)
-    both = transport == "full" and max_depth != 2
-    max_depth = max_depth if both else None
+    ends = _path_end(picture, room, max_depth)
+    both = transport != "direct" if ends != 2 else transport == "full" and max_depth is None
+    ends = ends if both and ends != 2 else None
     if room is not None:
-        return replace(_by_room(picture, room, sensor, both), max_depth=max_depth)
-    return replace(_by_layers(picture, camera, both), unit=unit, max_depth=max_depth)
+        return replace(_by_room(picture, room, sensor, both), max_depth=ends)
+    return replace(_by_layers(picture, camera, both), unit=unit, max_depth=ends)
+
+
+def _path_end(picture: Picture, room: Room | None, asked: int | None) -> int | None:
+    """Length of the longest paths in a picture; None where they have no end."""
+    if asked is not None and asked != -1:
+        number("max_depth", asked, 2, whole=True)
+        return asked
+    ours = Path(picture.name).is_file() and is_view(picture.name)
+    return None if asked == -1 or room is None or ours else room.max_depth
 
 
 def _by_room(picture: Picture, room: Room, sensor: int, interreflected: bool) -> Observations:
@@ -210,9 +216,9 @@ def _some(picture: Picture, used: NDArray[np.bool_]) -> None:
 
 def _apart(used: NDArray[np.bool_], film: Filter) -> NDArray[np.bool_]:
     """Which of the used pixels have noise of their own: where a filter is wide, not all have."""
-    lattice = np.zeros(used.shape, bool)
-    lattice[:: film.stride, :: film.stride] = True
-    return lattice[used] if (lattice & used).any() else np.ones(used.sum(), bool)
+    row, column = np.nonzero(used)
+    lattice = row % film.stride * film.stride + column % film.stride
+    return np.asarray(lattice == np.bincount(lattice).argmax())
 
 
 def _clipped(picture: Picture, used: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -25,6 +25,10 @@ SYNTAX = re.compile(r'Parsing of XML file "(.+?)" failed: (.*) \(line (\d+), col
 WHOLE = re.compile(r'Error while loading XML file "(.+?)": ')
 RAISED = re.compile(r"^(?:\w+\.)*\w*Error: ")
 LONG = re.compile(r'"([^"/]{80})[^"/]{20,}"')  # a value that is repeated, but no path
+DEPTHS = {  # of integrators that end paths where no ``max_depth`` is said
+    **dict.fromkeys(("direct", "direct_projective"), 2),
+    **dict.fromkeys(("prb", "prb_basic", "prb_projective", "prbvolpath"), 6),
+}
 PLUGIN = re.compile(r'^failed to instantiate (\w+) plugin of type "(\w+)": ')
 
 
@@ -110,11 +114,11 @@ class SceneFile:
         """
         own = [mi.Properties(node.props) for node in self.nodes() if node.type.name == "Integrator"]
         whole = mi.Properties.Type.Integer
-        ends = [2 for props in own if props.plugin_name() == "direct"]
-        ends += [
+        ends = [
             props["max_depth"]
-            for props in own
             if "max_depth" in props and props.type("max_depth") == whole
+            else DEPTHS.get(props.plugin_name(), -1)
+            for props in own
         ]
         return min((end for end in ends if end >= 2), default=None)
 

@@ -22,6 +22,7 @@ SMALLEST = 0.03  # diagonal: paths leave a surface by 9e-5, so that B is off by 
 LANES = 1 << 21  # samples in one wavefront of the path integrator
 POOL = 16  # neighbours whose standard errors are pooled
 DARKEST = 1e-3  # albedo that counts as black
+LONGEST = 2**31 - 1  # path that Mitsuba can be asked for
 KNOWN = 0x0B5E55  # goes into the seed of known light: its errors are its own
 FACING = 0.1  # of the diagonal: how far apart opposite normals count as
 
@@ -181,12 +182,13 @@ def irradiance(
         return total
 
     mean, error = _averaged(scene, meters, sample, spp, seed, lambda share: None)
-    return mean, _shared(error, x, FACING * diagonal_of(scene) * n)
+    alike = np.zeros(len(x), int)
+    return mean, _shared(error, alike, x, FACING * diagonal_of(scene) * n)
 
 
 def _paths(max_depth: int | None) -> Any:
     """Mitsuba's paths up to that length, or until they carry nothing."""
-    depth = -1 if max_depth is None else max_depth
+    depth = -1 if max_depth is None else min(max_depth, LONGEST)
     return mi.load_dict({"type": "path", "max_depth": depth, "rr_depth": 8})
 
 
@@ -243,24 +245,27 @@ def _pooled(error: NDArray, si: Any, diagonal: float) -> NDArray[np.float64]:
     lobed = mi.has_flag(kind, flags.Glossy) | mi.has_flag(kind, flags.Delta)
     plain = mi.has_flag(kind, flags.DiffuseReflection) & ~lobed
     albedo = np.maximum(to_numpy(dr.select(plain, bsdf.eval_diffuse_reflectance(si), 1)), DARKEST)
-    share = error / albedo
-    n, kind_of = FACING * diagonal * to_numpy(si.sh_frame.n), diagonal * which[:, None]
-    return albedo * _shared(share, to_numpy(si.p), n, kind_of)
+    n = FACING * diagonal * to_numpy(si.sh_frame.n)
+    return albedo * _shared(error / albedo, which, to_numpy(si.p), n)
 
 
-def _shared(error: NDArray, *features: NDArray) -> NDArray[np.float64]:
+def _shared(error: NDArray, which: NDArray, *features: NDArray) -> NDArray[np.float64]:
     """(n, c) root mean square of the standard errors over the `POOL` points nearest in features.
 
-    A point's own is not among them: it is large where the point's own mean is, so that a fit
-    weighted by it would trust means that happen to be low.
+    They are of the same kind, ``which`` (n,), and a point's own is not among them unless there is
+    no other: it is large where the point's own mean is, so that a fit weighted by it would trust
+    means that happen to be low.
     """
-    place, n = np.concatenate(features, axis=1), len(error)
-    _, near = cKDTree(place).query(place, k=min(POOL + 1, n))
-    near = near.reshape(n, -1)
-    own = near == np.arange(n)[:, None]
-    count = np.maximum((~own).sum(axis=1), 1)[:, None]
-    others = np.where(own[..., None] & (count > 1)[..., None], 0.0, np.square(error[near]))
-    return np.sqrt(others.sum(axis=1) / count)
+    place, square, pooled = np.concatenate(features, axis=1), np.square(error), np.square(error)
+    for kind in np.unique(which):
+        rows = np.flatnonzero(which == kind)
+        if len(rows) < 2:
+            continue
+        _, near = cKDTree(place[rows]).query(place[rows], k=min(POOL + 1, len(rows)))
+        others = near != np.arange(len(rows))[:, None]
+        total = np.where(others[..., None], square[rows][near], 0).sum(axis=1)
+        pooled[rows] = total / others.sum(axis=1)[:, None]
+    return np.sqrt(pooled)
 
 
 def to_numpy(v: Any) -> NDArray[np.float64]:

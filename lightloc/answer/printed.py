@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 LEAST = 1e-5
 """An error below which two digits of it would be too many of the value."""
 
-MISFITS = ("NO_GAIN", "MISFIT", "MOST_LIGHTS")
+MISFITS = ("NO_GAIN", "MOST_LIGHTS")
 """Reasons of answers that do not explain the data."""
 
 DOUBTED = "Do not lean on these errors: with a wrong model, lights may be much farther off."

@@ -27,8 +27,8 @@ from lightloc.interreflection.gloss import glossiness
 from lightloc.optics import Surfels, cosine_direction, pick, surfels
 
 ENDED = (
-    "footnote 1 would gather longer paths than observations with a max_depth hold; give indirect, "
-    "to render interreflected light"
+    "footnote 1 would gather longer paths than observations with a max_depth hold; render "
+    "interreflected light, by localize with a geometry that can"
 )
 STRATA = 32  # rays per point are STRATA^2, one in each cell of the hemisphere's unit square
 FEWEST, GATHERING = 8, 0.5  # the same at first, and share of the time left, where time is short
@@ -115,7 +115,8 @@ def remove_indirect(q: Observations, geometry: Geometry, seed: int = 0) -> Obser
     Raises
     ------
     ValueError
-        Nobody knows sigma, or the observations are irradiance, which surfaces do not shine with.
+        Nobody knows sigma, the observations are irradiance, which surfaces do not shine with, or
+        their paths end (``max_depth``), while gathered light has bounced once more.
 
     Notes
     -----

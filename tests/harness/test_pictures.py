@@ -401,16 +401,29 @@ def test_errors_are_pooled(pixels, tmp_path):
     np.testing.assert_allclose(got[13] ** 2 - floor[13] ** 2, mean, rtol=1e-6)
 
 
-def test_no_error_depends_on_its_own_value(rng):
+@pytest.mark.parametrize("film", [BOX, GAUSSIAN], ids=["box", "gaussian"])
+def test_no_error_depends_on_its_own_value(film, rng):
     """Else a fit would trust what noise made low; it shows in the errors of those around."""
     B = 1 + 0.05 * rng.normal(size=(20, 20, 1))
     used = np.ones(B.shape[:2], bool)
-    before = noise_of(B, used, BOX, None).reshape(20, 20)
+    before = noise_of(B, used, film, None).reshape(20, 20)
     B[10, 10] *= 1.5
-    after = noise_of(B, used, BOX, None).reshape(20, 20)
-    floor = FLOOR * 1.5 + BOX.variance / 2 * 4 / 3 * 0.5  # of numbers, of what the film blurs
-    assert abs(after[10, 10] - before[10, 10]) < floor
+    after = noise_of(B, used, film, None).reshape(20, 20)
+    assert abs(after[10, 10] - before[10, 10]) < 1e-3 * before[10, 10]  # but for the file's own
     assert after[10, 12] > 1.3 * before[10, 12]
+
+
+@pytest.mark.parametrize("film", [BOX, GAUSSIAN], ids=["box", "gaussian"])
+def test_skewed_noise_makes_no_value_low(film, rng):
+    """The mean that such errors weight is the plain one, of noise as a path tracer's."""
+    noise = rng.gamma(0.3, size=(200, 200, 1))
+    B = 1 + 0.3 * (noise - 0.3) / 0.3**0.5
+    used = np.ones(B.shape[:2], bool)
+    weight = noise_of(B, used, film, None) ** -2
+    value = at_centres(B, used, film)
+    off = (weight * value).sum() / weight.sum() - value.mean()
+    error = value.std() * np.sqrt((weight**2).sum()) / weight.sum()
+    assert abs(off) < 3 * error
 
 
 @pytest.mark.parametrize("kind", [oiio.FLOAT, oiio.HALF])

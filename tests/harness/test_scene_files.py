@@ -560,6 +560,11 @@ NUMBERS = {  # of a BSDF, that Mitsuba would take as they are, or for others
     "an integer": ("roughdielectric", '<integer name="alpha" value="-1"/>', "alpha is -1"),
     "a share below 0": ("principled", number("metallic", -1), "metallic is -1"),
     "a colour": ("conductor", '<rgb name="eta" value="1 -2 1"/>', "eta is -2"),
+    "a texture": (
+        "diffuse",
+        '<texture name="reflectance" type="uniform"><float name="value" value="-1"/></texture>',
+        "value is -1",
+    ),
     "a spectrum": ("conductor", '<spectrum name="k" value="-2"/>', "k is -2"),
 }
 
@@ -575,13 +580,18 @@ def test_numbers_that_no_surface_has_are_refused(case, write, refuses):
     assert f"{said}; expected a finite number, at least 0" in str(refused.value)
 
 
-@pytest.mark.parametrize("word", ["difuse", "Diffuse", "roughplastics", "phong"])
+@pytest.mark.parametrize("word", ["difuse", "Diffuse", "roughdifuse", "roughplastics", "phong"])
 def test_the_nearest_plugin_is_said(word, write, refuses):
     """Of the same kind, where any is near."""
     file = write(shape("rectangle", bsdf(word)), LAMP)
     with refuses(f"{file}: line 2: this Mitsuba has no bsdf '{word}'") as refused:
         render.load(file)
-    near = {"difuse": "diffuse", "Diffuse": "diffuse", "roughplastics": "roughplastic"}.get(word)
+    near = {
+        "difuse": "diffuse",
+        "Diffuse": "diffuse",
+        "roughdifuse": "roughdiffuse",
+        "roughplastics": "roughplastic",
+    }.get(word)
     end = f"; did you mean '{near}'?" if near else f"'{word}'"
     assert str(refused.value).endswith(end)
 

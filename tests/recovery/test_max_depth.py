@@ -22,6 +22,13 @@ from validation import compare
 
 DEPTH = 3
 SURE = 4.0
+SCENE = (
+    '<scene version="3.0.0">INTEGRATOR<sensor type="perspective"><transform name="to_world">'
+    '<lookat origin="0 0 3" target="0 0 0" up="0 1 0"/></transform><film type="hdrfilm"><integer '
+    'name="width" value="16"/><integer name="height" value="16"/></film></sensor><shape '
+    'type="rectangle"/><emitter type="point"><point name="position" x="0" y="0" z="1"/>'
+    "</emitter></scene>"
+)
 
 
 @pytest.fixture(scope="module")
@@ -79,6 +86,41 @@ def test_a_length_of_two_is_direct_light(room, picture, refuses):
             render.observe_picture(picture, room, max_depth=wrong)
 
 
+def test_what_is_said_of_transport_and_length(picture, tmp_path):
+    """Both by the caller; by the scene, where nobody else says; a view of ours has no end."""
+    one = SCENE.replace("INTEGRATOR", '<integrator type="direct"/>')
+    (tmp_path / "room.xml").write_text(one)
+    direct = render.load(tmp_path / "room.xml")
+    view = tmp_path / "view.exr"
+    render.write_exr(render.photograph(direct, width=16, height=16, spp=4), view)
+    seen = render.observe_picture(view, direct)
+    assert seen.interreflected and seen.max_depth is None
+    other = tmp_path / "other.exr"
+    with two_threads():
+        mi.Bitmap(np.ones((16, 16, 3), np.float32)).write(str(other))
+    for asked, interreflected, length in (
+        ({}, False, None),
+        ({"transport": "full"}, True, None),
+        ({"transport": "full", "max_depth": 2}, False, None),
+        ({"max_depth": 4}, True, 4),
+        ({"max_depth": -1}, True, None),
+        ({"transport": "direct", "max_depth": 4}, False, None),
+    ):
+        seen = render.observe_picture(other, direct, **asked)
+        assert (seen.interreflected, seen.max_depth) == (interreflected, length), asked
+
+
+def test_measured_again_paths_are_as_long(room):
+    """`remeasure` renders what the observations hold."""
+    seen = render.observe(room, points=200, spp=64, transport="full", seed=2)
+    ended = render.remeasure(room, replace(seen, max_depth=3), spp=64, seed=2)
+    known = render.remeasure(room, replace(seen, interreflected=False))
+    H, _ = room.geometry.interreflection(room.lights.positions, replace(seen, max_depth=3), 256)
+    expected = known.radiance + np.einsum("nkc,kc->nc", H, room.lights.intensities)
+    assert ended.radiance.sum() == pytest.approx(expected.sum(), rel=0.01)
+    assert ended.radiance.sum() < 0.9 * seen.radiance.sum()
+
+
 def test_it_is_kept_and_forbids_to_gather(room, tmp_path, refuses):
     """Footnote 1 gathers from radiance that bounced as often as what it is gathered for."""
     seen = render.observe(room, points=64, spp=16, transport="full")
@@ -103,6 +145,7 @@ def test_it_is_kept_and_forbids_to_gather(room, tmp_path, refuses):
         ('<integrator type="path"><integer name="max_depth" value="5"/></integrator>', 5),
         ('<integrator type="path"/>', None),
         ('<integrator type="direct"/>', 2),
+        ('<integrator type="prb"/>', 6),
         ("", None),
         (
             '<integrator type="aov"><string name="aovs" value="p:position"/><integrator '
@@ -115,8 +158,5 @@ def test_it_is_kept_and_forbids_to_gather(room, tmp_path, refuses):
 def test_integrators(integrator, depth, tmp_path):
     """Also one within another, and one that this Mitsuba does not have."""
     file = tmp_path / "room.xml"
-    file.write_text(
-        f'<scene version="3.0.0">{integrator}<shape type="rectangle"/>'
-        '<emitter type="point"><rgb name="intensity" value="1"/></emitter></scene>'
-    )
+    file.write_text(SCENE.replace("INTEGRATOR", integrator))
     assert render.load(file).max_depth == depth

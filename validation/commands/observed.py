@@ -104,22 +104,23 @@ class Given:
         else:
             self._only("sensor")
         picture = render.read_picture(*self.paths)
-        full = self.transport != "direct"
         seen = render.observe_picture(
             picture,
             room,
             sensor=self.sensor or 0,
             camera=self.camera,
-            transport="full" if full else "direct",
+            transport=self.transport,
             max_depth=self.max_depth,
             unit=self.unit or NOBODY_SAYS,
         )
-        if full and not room:
+        if seen.interreflected and not room:
             raise ValueError(
                 f"{picture.name}: interreflected light can't be removed without --scene; give it, "
                 "or --transport direct where there is none or --ambient stands for it"
             )
-        return seen, f"{picture}; {len(seen)} used"
+        ends = f", paths of length {seen.max_depth} at most" if seen.max_depth else ""
+        light = f"all light{ends}" if seen.interreflected else "direct light alone"
+        return seen, f"{picture}; {len(seen)} used, of {light}"
 
     def _only(self, *absent: str) -> None:
         """Refuse options that do not belong to such a file."""
