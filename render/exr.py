@@ -187,6 +187,15 @@ def is_view(path: str | Path) -> bool:
         return bool(file.spec().get_string_attribute("lightloc:format"))
 
 
+def light_of_view(path: str | Path) -> str:
+    """Which light a view holds, "direct" or "full"; empty where the file is none, or gone."""
+    try:
+        with opened(path) as file:
+            return str(file.spec().get_string_attribute("lightloc:transport"))
+    except ValueError:
+        return ""
+
+
 def _read(path: str | Path, file: oiio.ImageInput) -> dict[str, Any]:
     """The arguments of a View."""
     spec = file.spec()

@@ -17,7 +17,7 @@ from lightloc import Lambert, Observations
 from lightloc.checks import array, number
 from lightloc.given import clipped_in
 from render.camera import SMOOTH, Pixels, lamps, pinhole, purity, shape_index, towards
-from render.exr import is_view
+from render.exr import light_of_view
 from render.material import is_grey, material_at, regions_at
 from render.neighbours import BOX, Filter, at_centres, noise_of, smooth
 from render.picture import Picture, read_picture
@@ -117,8 +117,11 @@ def _path_end(picture: Picture, room: Room | None, asked: int | None) -> int | N
     if asked is not None and asked != -1:
         number("max_depth", asked, 2, whole=True)
         return asked
-    ours = Path(picture.name).is_file() and is_view(picture.name)
-    return None if asked == -1 or room is None or ours else room.max_depth
+    if asked == -1:
+        return None
+    if held := light_of_view(picture.name):
+        return 2 if held == "direct" else None
+    return room.max_depth if room else None
 
 
 def _by_room(picture: Picture, room: Room, sensor: int, interreflected: bool) -> Observations:
@@ -136,6 +139,9 @@ def _by_room(picture: Picture, room: Room, sensor: int, interreflected: bool) ->
     _some(picture, used)
     seen = dr.gather(mi.SurfaceInteraction3f, si, mi.UInt32(np.flatnonzero(used)))
     material = material_at(seen)
+    radius = pixels.sensor.film().rfilter().radius()
+    if not radius > 0:
+        raise ValueError(f"{room.path}: the film's filter has radius {radius:g}; expected above 0")
     film, B, sigma = Filter.of(pixels.sensor), picture.radiance, picture.sigma
     if B.shape[2] == 1 and material.channels == 3:
         raise ValueError(f"{picture.name}: is grey, but the surfaces of {room.path} have colours")

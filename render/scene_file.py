@@ -25,8 +25,9 @@ SYNTAX = re.compile(r'Parsing of XML file "(.+?)" failed: (.*) \(line (\d+), col
 WHOLE = re.compile(r'Error while loading XML file "(.+?)": ')
 RAISED = re.compile(r"^(?:\w+\.)*\w*Error: ")
 LONG = re.compile(r'"([^"/]{80})[^"/]{20,}"')  # a value that is repeated, but no path
+DIRECT = ("direct", "direct_projective")
 DEPTHS = {  # of integrators that end paths where no ``max_depth`` is said
-    **dict.fromkeys(("direct", "direct_projective"), 2),
+    **dict.fromkeys(DIRECT, 2),
     **dict.fromkeys(("prb", "prb_basic", "prb_projective", "prbvolpath"), 6),
 }
 PLUGIN = re.compile(r'^failed to instantiate (\w+) plugin of type "(\w+)": ')
@@ -116,7 +117,9 @@ class SceneFile:
         whole = mi.Properties.Type.Integer
         ends = [
             props["max_depth"]
-            if "max_depth" in props and props.type("max_depth") == whole
+            if "max_depth" in props
+            and props.type("max_depth") == whole
+            and props.plugin_name() not in DIRECT
             else DEPTHS.get(props.plugin_name(), -1)
             for props in own
         ]

@@ -246,6 +246,8 @@ def _pooled(error: NDArray, si: Any, diagonal: float) -> NDArray[np.float64]:
     plain = mi.has_flag(kind, flags.DiffuseReflection) & ~lobed
     albedo = np.maximum(to_numpy(dr.select(plain, bsdf.eval_diffuse_reflectance(si), 1)), DARKEST)
     n = FACING * diagonal * to_numpy(si.sh_frame.n)
+    alike = np.broadcast_to(np.array(plain), len(which)) & (albedo > DARKEST).all(axis=1)
+    which = np.where(alike, -1, which)  # of diffuse surfaces the shares are of one kind
     return albedo * _shared(error / albedo, which, to_numpy(si.p), n)
 
 
@@ -259,7 +261,7 @@ def _shared(error: NDArray, which: NDArray, *features: NDArray) -> NDArray[np.fl
     place, square, pooled = np.concatenate(features, axis=1), np.square(error), np.square(error)
     for kind in np.unique(which):
         rows = np.flatnonzero(which == kind)
-        if len(rows) < 2:
+        if len(rows) < 2 or not square[rows].any():  # as of all rays that meet nothing
             continue
         _, near = cKDTree(place[rows]).query(place[rows], k=min(POOL + 1, len(rows)))
         others = near != np.arange(len(rows))[:, None]

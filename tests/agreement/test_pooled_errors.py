@@ -9,7 +9,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from render.transport import POOL, _shared
+import render
+from render.transport import POOL, _pooled, _shared, probe
 
 
 @pytest.mark.parametrize(
@@ -25,6 +26,21 @@ def test_few(errors, kinds, expected):
     x = np.arange(3.0 * len(errors)).reshape(-1, 3)
     got = _shared(np.array(errors)[:, None], np.array(kinds), x)
     np.testing.assert_allclose(got[:, 0], expected)
+
+
+def test_diffuse_surfaces_are_of_one_kind(load):
+    """A point that is alone on its paint borrows from others, in proportion to its albedo."""
+    room = load("box_two")
+    q = render.observe(room, points=200, transport="direct", seed=0)
+    paint = q.regions
+    some = q.at(np.r_[np.flatnonzero(paint == 0)[:1], np.flatnonzero(paint == 1)[:9]])
+    si = probe(room.scene, some.positions, some.directions)
+    albedo = np.asarray(some.material.albedo)[:, :1]
+    error = np.r_[5.0, np.ones(9)][:, None] * albedo
+    got = _pooled(np.repeat(error, 3, axis=1), si, room.diagonal)
+    np.testing.assert_allclose(
+        got[0, 0], albedo[0, 0], rtol=1e-5
+    )  # as the others', not five times that
 
 
 @pytest.mark.parametrize("apart", [1.0, 0.0], ids=["apart", "at one place"])

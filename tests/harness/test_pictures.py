@@ -343,6 +343,19 @@ def test_filters():
         assert got.alike == pytest.approx(expected.alike, abs=0.01)
 
 
+def test_a_filter_without_a_radius_is_refused(tmp_path, pixels, refuses):
+    """Mitsuba makes no picture with it."""
+    text = render.files_of("box_two")[0].read_text()
+    none = '<rfilter type="tent"><float name="radius" value="0"/></rfilter>'
+    (tmp_path / "room.xml").write_text(
+        text.replace('<rfilter type="box" id="pixel_filter"/>', none)
+    )
+    room = render.load(tmp_path / "room.xml")
+    path = write(tmp_path / "a.exr", layer("", pixels))
+    with refuses(f"{room.path}: the film's filter has radius 0"):
+        render.observe_picture(path, room)
+
+
 @pytest.mark.parametrize(("name", "apart"), [("box", 1), ("tent", 2), ("gaussian", 2)])
 def test_of_a_wide_filter_pixels_with_noise_of_their_own_are_used(name, apart, tmp_path):
     """Those of every row and column, or of every second; of all, errors would be too small."""

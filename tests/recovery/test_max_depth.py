@@ -95,6 +95,9 @@ def test_what_is_said_of_transport_and_length(picture, tmp_path):
     render.write_exr(render.photograph(direct, width=16, height=16, spp=4), view)
     seen = render.observe_picture(view, direct)
     assert seen.interreflected and seen.max_depth is None
+    render.write_exr(render.photograph(direct, width=16, height=16, transport="direct"), view)
+    assert not render.observe_picture(view, direct).interreflected
+    assert not render.observe_picture(view, replace(direct, max_depth=None)).interreflected
     other = tmp_path / "other.exr"
     with two_threads():
         mi.Bitmap(np.ones((16, 16, 3), np.float32)).write(str(other))
@@ -146,6 +149,11 @@ def test_it_is_kept_and_forbids_to_gather(room, tmp_path, refuses):
         ('<integrator type="path"/>', None),
         ('<integrator type="direct"/>', 2),
         ('<integrator type="prb"/>', 6),
+        (
+            '<integrator type="direct_projective"><integer name="max_depth" value="7"/>'
+            "</integrator>",
+            2,
+        ),
         ("", None),
         (
             '<integrator type="aov"><string name="aovs" value="p:position"/><integrator '
