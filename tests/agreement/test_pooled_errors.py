@@ -38,9 +38,7 @@ def test_diffuse_surfaces_are_of_one_kind(load):
     albedo = np.asarray(some.material.albedo)[:, :1]
     error = np.r_[5.0, np.ones(9)][:, None] * albedo
     got = _pooled(np.repeat(error, 3, axis=1), si, room.diagonal)
-    np.testing.assert_allclose(
-        got[0, 0], albedo[0, 0], rtol=1e-5
-    )  # as the others', not five times that
+    assert got[0, 0] == pytest.approx(albedo[0, 0], rel=1e-5)  # as the others', not its own 5
 
 
 @pytest.mark.parametrize("apart", [1.0, 0.0], ids=["apart", "at one place"])
